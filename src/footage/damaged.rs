@@ -183,7 +183,7 @@ mod tests {
         for part in ["interview_masks", "exemplar_masks"] {
             std::fs::remove_dir_all(shoot.join(part)).unwrap();
         }
-        let made = make_mattes(&again, false, None, None, &silent).unwrap();
+        let made = make_mattes(&again, &crate::MatteSettings::default(), None, &silent).unwrap();
         assert_eq!((made.frames, made.kept), (3, 0));
         Frame::load_filmed(&held, &Response::Srgb, 2).unwrap();
         // Before the first frame there is none.

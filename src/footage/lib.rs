@@ -6,6 +6,7 @@ mod damaged;
 mod exemplar;
 mod filmed;
 mod frame;
+mod frame_mattes;
 mod framed;
 mod framing;
 pub mod gathered;
@@ -14,12 +15,15 @@ mod lamp_list;
 mod map;
 mod mattes;
 pub mod motion;
+mod movement;
 #[cfg(test)]
 mod movie_tests;
 mod parts;
 mod round;
 pub mod scan;
 mod shoot;
+mod steady;
+pub mod strokes;
 mod takes;
 mod tracking;
 
@@ -27,11 +31,13 @@ pub use damaged::{StandIn, offer, readable_frame, stand_in};
 pub use exemplar::{Exemplar, OlatReader};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;
+pub use frame_mattes::{FindPerson, FrameMatte, FrameMattes};
 pub use framed::{
     cut_picture, dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture,
 };
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
-pub use mattes::{FindPerson, MattesReport, make_mattes};
+pub use mattes::{MatteSettings, MattesReport, make_mattes};
 pub use motion::{Motion, PoseMotion, SeenIn};
+pub use strokes::{BrushSide, Stroke, Strokes};
 pub use tracking::TrackingFrames;

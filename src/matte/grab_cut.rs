@@ -32,7 +32,7 @@ pub enum Mark {
 }
 
 impl Mark {
-    fn is_subject(self) -> bool {
+    pub(super) fn is_subject(self) -> bool {
         matches!(self, Self::Subject | Self::MaybeSubject)
     }
 }
@@ -70,6 +70,29 @@ pub fn rectangle(
 /// # Errors
 /// If picture and marks differ in size or are too large, or if no pixel is marked as background, or none as subject.
 pub fn grab_cut(picture: &Encoded, marks: &Raster<Mark>, rounds: usize) -> Result<GrabCut> {
+    grab_cut_knowing(picture, marks, &Known::default(), rounds)
+}
+
+/// What is known of each pixel besides its mark and its colour.
+#[derive(Clone, Copy, Default)]
+pub struct Known<'a> {
+    /// How much it speaks for the subject, as a logarithm of odds; against it below 0.
+    pub odds: Option<&'a [f32]>,
+    /// What its colour costs if the background shows there, in place of the cost by the mixture of the background's colours:
+    /// minus the logarithm of its density in codes, but for the constant that [`Mixture::cost`] leaves out.
+    pub behind: Option<&'a [f32]>,
+}
+
+/// The same with what is `known` of each pixel.
+///
+/// # Errors
+/// As [`grab_cut`].
+pub fn grab_cut_knowing(
+    picture: &Encoded,
+    marks: &Raster<Mark>,
+    known: &Known,
+    rounds: usize,
+) -> Result<GrabCut> {
     let (width, height) = picture.0.size();
     if marks.size() != (width, height) {
         return Err(Error::invalid(
@@ -117,8 +140,14 @@ pub fn grab_cut(picture: &Encoded, marks: &Raster<Mark>, rounds: usize) -> Resul
         };
         front = front.refitted(now(true)).unwrap_or(front);
         back = back.refitted(now(false)).unwrap_or(back);
-        costs = (colors.par_iter())
-            .map(|&color| (back.cost(color).min(MOST), front.cost(color).min(MOST)))
+        costs = (colors.par_iter().enumerate())
+            .map(|(i, &color)| {
+                let odds = known.odds.map_or(0.0, |odds| f64::from(odds[i]));
+                let behind = known.behind.map(|behind| f64::from(behind[i]));
+                let behind = behind.unwrap_or_else(|| back.cost(color)) + odds.max(0.0);
+                let subject = front.cost(color) - odds.min(0.0);
+                (behind.min(MOST), subject.min(MOST))
+            })
             .collect();
         let cut = cut(&costs, marks, &links);
         let same = cut == subject;

@@ -2,7 +2,10 @@
 //! background is dark. [`grab_cut`] tells a subject from what is behind it by colours and edges, from marks.
 
 mod boxed;
+mod brushed;
+mod clean_plate;
 mod cut;
+mod flow;
 mod flow_network;
 mod grab_cut;
 mod guessed;
@@ -12,15 +15,22 @@ mod mixture;
 mod parts;
 mod refine;
 mod screen;
+mod seeds;
+mod steady;
 #[cfg(test)]
 mod tests;
 mod window;
 
 pub use boxed::boxed;
+pub use brushed::{Correction, corrected, followed, painted};
+pub use clean_plate::by_clean_plate;
+pub use flow::{Flow, flow_picture};
 pub use grab_cut::{GrabCut, Mark, grab_cut, rectangle};
 pub use guessed::guessed;
 pub use lit::lit;
 pub use screen::{Hue, Key, key};
+pub use seeds::{Seeds, Side};
+pub use steady::{flicker, steadied};
 
 use imaging::color::linear_from_srgb;
 use imaging::{Encoded, Mask};

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 /// Variance of the guide, in squared light, below which a window counts as flat. Light is in `[0, 1]`: this is a standard
 /// deviation of one in a hundred, about the noise of a camera.
-const FLAT: f32 = 1e-4;
+pub const FLAT: f32 = 1e-4;
 
 /// `alpha` as a local linear function of the colour `guide` in windows of `radius` (He, Sun and Tang 2013, equations 11 to
 /// 16).

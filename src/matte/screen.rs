@@ -115,13 +115,14 @@ pub fn key(picture: &Encoded) -> Result<Key> {
 fn none(why: &str) -> Error {
     Error::missing(
         format!("the picture shows no green or blue screen: {why}"),
-        "Give a box around the person (afterlight matte --box), put mattes of your own beside the pictures, as grey PNGs of \
+        "Give a box around the person (afterlight matte --box) or a clean plate (--clean-plate), paint what to keep and to \
+         remove in the studio (Footage, Paint matte), put mattes of your own beside the pictures, as grey PNGs of \
          their size, or film before a green or blue screen that reaches the upper corners",
     )
 }
 
 /// The places along the top and the upper two thirds of both sides, a fiftieth of the picture deep.
-fn upper_border((width, height): (usize, usize)) -> Vec<usize> {
+pub fn upper_border((width, height): (usize, usize)) -> Vec<usize> {
     let deep = (width.min(height) / 50).max(1);
     let places = (0..height * 2 / 3 + 1).flat_map(|y| (0..width).map(move |x| (x, y)));
     places

@@ -11,7 +11,7 @@ use virtual_stage::{StageSettings, write_shoot};
 const POSES: (f32, f32) = (0.985, 0.01);
 
 /// Intersection over union, of pixels that are at least half covered, and the mean error of coverage.
-fn scores(found: &Mask, truth: &Mask) -> (f32, f32) {
+pub fn scores(found: &Mask, truth: &Mask) -> (f32, f32) {
     assert_eq!(found.size(), truth.size());
     let pairs = || found.pixels.iter().zip(&truth.pixels);
     assert!(pairs().all(|(a, _)| (0.0..=1.0).contains(a)));
@@ -110,7 +110,7 @@ fn mattes_of_virtual_stages_are_those_of_their_truth() {
 }
 
 /// A round subject of colour `of`, soft over some pixels, before a screen whose light falls off by half to the right.
-fn round(size: (usize, usize), screen: [f32; 3], of: [f32; 3]) -> (Encoded, Mask) {
+pub fn round(size: (usize, usize), screen: [f32; 3], of: [f32; 3]) -> (Encoded, Mask) {
     let (w, h) = (size.0 as f32, size.1 as f32);
     let truth = Raster::from_fn(size.0, size.1, |x, y| {
         let (dx, dy) = (x as f32 + 0.5 - 0.5 * w, y as f32 + 0.5 - 0.6 * h);

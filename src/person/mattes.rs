@@ -2,7 +2,7 @@
 
 use afterlight_person::Segmenter;
 use base::progress::Progress;
-use footage::{ImportSettings, import, make_mattes};
+use footage::{ImportSettings, MatteSettings, import, make_mattes};
 use imaging::Encoded;
 use imaging::color::{linear_from_srgb, srgb_from_linear, unit};
 use imaging::file::{read_encoded, read_linear, read_mask};
@@ -229,8 +229,9 @@ fn an_interview_without_a_screen_gets_mattes() {
     let project = import(&root, &shoot, &settings, &silent).unwrap();
     std::fs::remove_dir_all(shoot.join("interview_masks")).unwrap();
     let segmenter = Segmenter::new().unwrap();
-    let person = |picture: &Encoded| segmenter.probability(picture);
-    let made = make_mattes(&root, false, None, Some(&person), &silent).unwrap();
+    let person = move |picture: &Encoded| segmenter.probability(picture);
+    let settings = MatteSettings::default();
+    let made = make_mattes(&root, &settings, Some(Box::new(person)), &silent).unwrap();
     assert_eq!((made.frames, made.guessed, made.screen), (2, 2, None));
     for (index, truth) in truths.iter().enumerate() {
         let found = read_mask(&project.frame_matte_path(index)).unwrap();

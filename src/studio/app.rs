@@ -9,6 +9,7 @@ mod errands;
 mod exports;
 mod gpu_lost;
 mod jobs;
+mod painting;
 mod picker;
 mod preview;
 mod projects;
@@ -24,6 +25,7 @@ use super::command::Command;
 use super::environment_library::{EnvironmentEntry, EnvironmentLibrary};
 use super::footage_reader::FootageReader;
 use super::layout::Pane;
+use super::matte_painting::MattePainting;
 use super::network_review::NetworkReview;
 use super::panel_context::PanelContext;
 use super::preferences::Preferences;
@@ -218,6 +220,11 @@ impl StudioApp {
         &self.readers.footage
     }
 
+    /// The strokes on mattes, and the matte by them.
+    pub fn matte(&self) -> &MattePainting {
+        &self.readers.matte
+    }
+
     /// The list of environments.
     pub fn environments(&self) -> &[EnvironmentEntry] {
         self.library.entries()
@@ -232,6 +239,7 @@ impl StudioApp {
     fn receive(&mut self) {
         self.receive_events();
         self.readers.receive(&self.ctx);
+        self.make_mattes();
         self.finish_errands();
         self.open_made();
         self.exports.destination.receive();
@@ -295,6 +303,7 @@ impl StudioApp {
             recents: self.picker.recents.list(),
             wizard: &self.picker.wizard,
             footage: &self.readers.footage,
+            matte: &self.readers.matte,
         };
         let layout = self.autosave.layout();
         let drawn = self.view.ui(ui, &context, layout, commands);

@@ -11,6 +11,7 @@ use super::wizard::Plan;
 use calibration::{Circle, Trial};
 use evaluation::review::MarkedOlat;
 use footage::candidate::Slot;
+use footage::{BrushSide, Stroke};
 use light::Lighting;
 use light::conventions::Front;
 use light::keyframes::Interpolation;
@@ -28,6 +29,7 @@ pub enum Command {
     Calibration(CalibrationCommand),
     Training(TrainingCommand),
     Review(ReviewCommand),
+    Matte(MatteCommand),
     Export(ExportCommand),
     Project(ProjectCommand),
     Job(JobCommand),
@@ -207,6 +209,27 @@ pub enum ReviewCommand {
     Report(PathBuf),
     /// Save a verdict and a note.
     Mark(Box<MarkedOlat>),
+}
+
+/// Paints mattes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MatteCommand {
+    /// Take the brush, or lay it down.
+    Tool(bool),
+    ToggleTool,
+    /// What the brush says.
+    Side(BrushSide),
+    SwapSide,
+    /// The brush's radius in pixels of the plate.
+    Radius(f32),
+    /// Make the brush larger by so many steps, or smaller.
+    StepRadius(i32),
+    /// Add a stroke.
+    Stroke(Box<Stroke>),
+    /// Take away the strokes of this frame.
+    Clear(usize),
+    /// Make all mattes that the shoot does not bring.
+    MakeAll,
 }
 
 /// Exports clips and stills.

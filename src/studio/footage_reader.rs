@@ -85,6 +85,11 @@ impl FootageReader {
         &self.wanted
     }
 
+    /// Reads the shown picture again: a job may have made its matte.
+    pub fn invalidate(&mut self) {
+        self.asked = None;
+    }
+
     /// Asks for the thumbnails of these frames.
     pub fn want(&mut self, mut frames: Vec<usize>) {
         frames.truncate(MOST_THUMBNAILS);
@@ -219,7 +224,7 @@ fn codes(picture: &Image, (width, height): (usize, usize)) -> SrgbPicture {
 }
 
 /// The size at which the longer side has at most `most` pixels.
-fn reduced((width, height): (usize, usize), most: usize) -> (usize, usize) {
+pub fn reduced((width, height): (usize, usize), most: usize) -> (usize, usize) {
     let longer = width.max(height);
     let scaled = |length: usize| (length * most / longer).max(1);
     if longer <= most {

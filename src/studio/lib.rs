@@ -15,6 +15,7 @@ mod keyframed;
 mod keys;
 mod layout;
 mod look;
+mod matte_painting;
 mod network_review;
 mod palette;
 mod panel_context;
@@ -35,8 +36,8 @@ mod workspace_view;
 pub use app::{ProjectHandover, StudioApp};
 pub use calibration_analysis::CalibrationAnalysis;
 pub use command::{
-    CalibrationCommand, Command, Dialog, ExportCommand, JobCommand, LookCommand, ProjectCommand,
-    ReviewCommand, TrainingCommand, ViewCommand, WindowCommand,
+    CalibrationCommand, Command, Dialog, ExportCommand, JobCommand, LookCommand, MatteCommand,
+    ProjectCommand, ReviewCommand, TrainingCommand, ViewCommand, WindowCommand,
 };
 pub use comparison::{CompareMode, CompareSettings, Reference};
 pub use environment_library::{EnvironmentEntry, PanoramaState};
@@ -46,6 +47,7 @@ pub use footage_reader::{FootageReader, FootageView, MatteView};
 pub use keyframed::Keyframed;
 pub use layout::{Layout, Pane, Workspace};
 pub use look::LookSettings;
+pub use matte_painting::{LiveMatte, MattePainting};
 pub use network_review::NetworkReview;
 pub use preferences::Preferences;
 pub use project_check::ProjectCheck;

@@ -6,6 +6,7 @@ use super::environment_library::EnvironmentEntry;
 use super::environment_list::ListedEnvironment;
 use super::footage_reader::FootageReader;
 use super::layout::Pane;
+use super::matte_painting::MattePainting;
 use super::network_review::NetworkReview;
 use super::project_check::ProjectCheck;
 use super::recents::Recent;
@@ -52,6 +53,8 @@ pub struct PanelContext<'a> {
     pub wizard: &'a Wizard,
     /// The pictures as they were filmed.
     pub footage: &'a FootageReader,
+    /// Strokes on mattes, and the shown frame's matte by them.
+    pub matte: &'a MattePainting,
 }
 
 impl PanelContext<'_> {

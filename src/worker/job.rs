@@ -9,7 +9,10 @@ use check::{CheckReport, Evidence, LitEnvironment};
 use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use export::relight::{RelightReport, RelightSettings, find_environment, relight};
-use footage::{self, FrameReport, FrameSettings, ImportSettings, MattesReport, make_mattes};
+use footage::{
+    self, FindPerson, FrameReport, FrameSettings, ImportSettings, MatteSettings, MattesReport,
+    make_mattes,
+};
 use gpu::DeviceChoice;
 use imaging::DualGamma;
 use light::Lighting;
@@ -98,10 +101,7 @@ pub enum Job {
     /// Make the mattes that the shoot of the project in `project` lacks, or all of the project's own again.
     Matte {
         project: PathBuf,
-        replace: bool,
-        /// Left, top, width and height in pixels of what holds the person in every frame, for interviews without a
-        /// screen.
-        within: Option<[usize; 4]>,
+        settings: MatteSettings,
     },
 }
 
@@ -317,14 +317,9 @@ impl Job {
             Self::Frame { project, settings } => {
                 Project::change(&project, |project| settings.run(project)).map(Outcome::Framed)
             }
-            Self::Matte {
-                project,
-                replace,
-                within,
-            } => {
-                let segmenter = Segmenter::new()?;
-                let person = |picture: &_| segmenter.probability(picture);
-                make_mattes(&project, replace, within, Some(&person), progress).map(Outcome::Matted)
+            Self::Matte { project, settings } => {
+                let person = Some(find_person()?);
+                make_mattes(&project, &settings, person, progress).map(Outcome::Matted)
             }
             Self::Pack { project, to } => {
                 let project = Project::open(&project)?;
@@ -332,6 +327,15 @@ impl Job {
             }
         }
     }
+}
+
+/// Says where a person is in a picture, by a small network.
+///
+/// # Errors
+/// When its weights are damaged.
+pub fn find_person() -> Result<FindPerson> {
+    let segmenter = Segmenter::new()?;
+    Ok(Box::new(move |picture| segmenter.probability(picture)))
 }
 
 impl ImportReport {

@@ -47,7 +47,7 @@ pub use comparison::{Comparison, ComparisonSource};
 pub use environment_list_writer::EnvironmentListWriter;
 pub use event::{Blocked, Event, Need};
 pub use export_queue::{Export, ExportStatus, WrittenExport};
-pub use job::{Job, Outcome, TRAINING, WentBack};
+pub use job::{Job, Outcome, TRAINING, WentBack, find_person};
 pub use latest::Latest;
 pub use lookup::Lookup;
 pub use panorama_loader::{Origin, Panorama, PanoramaLoader};

@@ -4,12 +4,14 @@ use super::project::{calibrated, imported, needs};
 use super::{
     Window, clay, drag, lines_with, snapshot, snapshot_without, until, until_shown, window,
 };
+use afterlight::footage::{BrushSide, Strokes};
 use afterlight::gpu::DeviceChoice;
 use afterlight::project::{Framing, Project};
 use afterlight::studio::StudioApp;
 use afterlight::worker::Need;
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
+use test_shoot::TestShoot;
 
 fn footage(project: &Project) -> Window {
     let opened = project.clone();
@@ -193,4 +195,112 @@ fn without_footage_the_pane_says_so() {
     until_shown(&mut window);
     let places = lines_with(&window, "project.toml", 370.0, 910.0);
     snapshot_without(&mut window, "studio_footage_empty", &places);
+}
+
+/// A project of a shoot that brings no mattes of its interview, with the brush taken.
+fn painting(folder: &std::path::Path) -> (Project, Window) {
+    let shoot = TestShoot {
+        size: 64,
+        ..TestShoot::default()
+    };
+    let project = shoot.import(folder, "film");
+    std::fs::remove_dir_all(folder.join("shoot/interview_masks")).unwrap();
+    let mut window = footage(&project);
+    window.key_press(Key::M);
+    until(&mut window, "matte", |app| {
+        matches!(app.matte().live(0), Some(Ok(_))) && !app.matte().is_seeking()
+    });
+    (project, window)
+}
+
+#[test]
+fn strokes_change_the_shown_matte_are_kept_undone_and_used_for_all_mattes() {
+    let folder = crate::temporary();
+    let (project, mut window) = painting(folder.path());
+    let kept = || Strokes::load(&project).unwrap().strokes;
+    let red = |window: &Window| window.query_by_label_contains("Red is removed").is_some();
+    window.run_steps(2);
+    assert!(red(&window));
+    let middle = window.get_by_label("Matte brush").rect().center();
+    drag(
+        &mut window,
+        middle,
+        middle + vec2(60.0, 20.0),
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    until(&mut window, "saved stroke", |app| app.matte().is_saved());
+    let first = kept();
+    assert_eq!(first.len(), 1);
+    assert_eq!((first[0].frame, first[0].side), (0, BrushSide::Keep));
+    assert!(first[0].points.len() > 3, "{first:?}");
+    until(&mut window, "new matte", |app| !app.matte().is_seeking());
+    // The right button says the other; a step of undo takes one stroke.
+    drag(
+        &mut window,
+        middle + vec2(-90.0, -60.0),
+        middle + vec2(-90.0, 30.0),
+        PointerButton::Secondary,
+        Modifiers::NONE,
+    );
+    until(&mut window, "saved stroke", |app| app.matte().is_saved());
+    assert_eq!(kept()[1].side, BrushSide::Remove);
+    window.get_by_label_contains("Strokes on frames 0");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(2);
+    until(&mut window, "undone stroke", |app| app.matte().is_saved());
+    assert_eq!(kept(), first);
+    // Keys of the brush.
+    let radius = |window: &Window| window.state().matte().radius((64, 64));
+    let before = radius(&window);
+    window.key_press(Key::CloseBracket);
+    window.key_press(Key::X);
+    window.run_steps(2);
+    assert!(radius(&window) > before);
+    assert_eq!(window.state().matte().side, BrushSide::Remove);
+    snapshot(&mut window, "studio_footage_matte");
+    window.get_by_label("Make all mattes").click();
+    until(&mut window, "mattes", |_| {
+        (0..3).all(|frame| project.frame_matte_path(frame).is_file())
+    });
+    until(&mut window, "end of the job", |app| {
+        app.status().job.is_none()
+    });
+    window.get_by_label("Clear this frame").click();
+    window.run_steps(2);
+    until(&mut window, "no strokes", |app| app.matte().is_saved());
+    assert!(kept().is_empty() && !Strokes::path(&project).exists());
+}
+
+#[test]
+fn a_matte_that_cannot_be_painted_says_why() {
+    let folder = crate::temporary();
+    let project = imported(folder.path());
+    let mut window = footage(&project);
+    window.get_by_label("Paint matte").click();
+    window.run_steps(2);
+    window.get_by_label_contains("The shoot brings this frame's matte");
+    assert!(window.query_by_label("Matte brush").is_none());
+    window.get_by_label("Exemplars").click();
+    window.run_steps(2);
+    window.get_by_label("Show the interview").click();
+    window.run_steps(2);
+    assert!(!window.state().state().footage.exemplars);
+    window.get_by_label("Framing").click();
+    window.run_steps(2);
+    window.get_by_label("Framing square");
+
+    // Without a screen, the frame says what to paint.
+    let folder = crate::temporary();
+    let project = TestShoot::default().import(folder.path(), "film");
+    std::fs::remove_dir_all(folder.path().join("shoot/interview_masks")).unwrap();
+    let grey = image::RgbImage::from_pixel(32, 32, image::Rgb([120; 3]));
+    grey.save(project.frame_picture(0).file()).unwrap();
+    let mut window = footage(&project);
+    window.key_press(Key::M);
+    until(&mut window, "reason", |app| {
+        matches!(app.matte().live(0), Some(Err(_)))
+    });
+    window.get_by_label_contains("paint what to keep");
+    window.get_by_label("Matte brush");
 }

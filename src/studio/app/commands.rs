@@ -6,6 +6,12 @@ use crate::command::{Command, LookCommand};
 impl StudioApp {
     pub(super) fn apply(&mut self, command: Command) {
         match command {
+            Command::Look(LookCommand::Undo) if self.paints(true) => {
+                self.readers.matte.travel(true)
+            }
+            Command::Look(LookCommand::Redo) if self.paints(false) => {
+                self.readers.matte.travel(false)
+            }
             Command::Look(command) => {
                 if matches!(command, LookCommand::AddEnvironments(_)) {
                     // It answers why files that were dropped before are none.
@@ -18,6 +24,7 @@ impl StudioApp {
             Command::Calibration(command) => self.apply_to_calibration(command),
             Command::Training(command) => self.apply_to_training(command),
             Command::Review(command) => self.apply_to_review(command),
+            Command::Matte(command) => self.apply_to_matte(command),
             Command::Export(command) => self.apply_to_exports(command),
             Command::Project(command) => self.apply_to_project(command),
             Command::Job(command) => self.apply_to_job(command),

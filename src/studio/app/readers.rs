@@ -3,6 +3,7 @@
 use crate::calibration_analysis::CalibrationAnalysis;
 use crate::footage_reader::FootageReader;
 use crate::layout::Pane;
+use crate::matte_painting::MattePainting;
 use crate::network_review::NetworkReview;
 use crate::pixel_inspector::PixelInspector;
 use crate::project_check::ProjectCheck;
@@ -21,16 +22,18 @@ pub struct Readers {
     pub check: ProjectCheck,
     pub training: Training,
     pub footage: FootageReader,
+    pub matte: MattePainting,
     pub inspector: PixelInspector,
 }
 
 impl Readers {
     pub fn on_event(&mut self, event: &Event) {
         if matches!(event, Event::Finished { .. }) {
-            // The job may have calibrated or measured.
+            // The job may have calibrated, measured or made mattes.
             self.analysis.invalidate();
             self.review.invalidate();
             self.check.invalidate();
+            self.footage.invalidate();
         }
         self.training.on_event(event);
     }
@@ -42,6 +45,7 @@ impl Readers {
         self.check.receive();
         self.training.receive();
         self.footage.receive(ctx);
+        self.matte.receive(ctx);
         self.inspector.receive();
     }
 
@@ -63,6 +67,7 @@ impl Readers {
         if shown.contains(&Pane::Footage) {
             let (frame, pose, view) = (state.frame, state.pose, state.footage);
             (self.footage).ask(project, frame, pose, view, wake.clone());
+            self.matte.ask(project, frame, wake.clone());
         }
         if let (Some(relit), Some(pixel)) = (relit, state.probed) {
             self.inspector.ask(&relit.predicted, pixel, shown, wake);

@@ -1,9 +1,9 @@
 //! The table of keys.
 
-use crate::command::Command::{Calibration, Export, Job, Look, Training, View, Window};
+use crate::command::Command::{Calibration, Export, Job, Look, Matte, Training, View, Window};
 use crate::command::{
-    CalibrationCommand, Command, ExportCommand, JobCommand, LookCommand, TrainingCommand,
-    ViewCommand, WindowCommand,
+    CalibrationCommand, Command, ExportCommand, JobCommand, LookCommand, MatteCommand,
+    TrainingCommand, ViewCommand, WindowCommand,
 };
 use crate::keyframed::Keyframed;
 use crate::layout::{Pane, Workspace};
@@ -69,6 +69,7 @@ const TRAIN: Command = Training(TrainingCommand::Start { fresh: false });
 const PROBE: Pane = Pane::Probe;
 const GAMMA: Pane = Pane::Gamma;
 const TRAINING: Pane = Pane::Training;
+const FOOTAGE: Pane = Pane::Footage;
 pub const EXPORT: Pane = Pane::Export;
 
 const NONE: Modifiers = Modifiers::NONE;
@@ -128,6 +129,11 @@ pub const BINDINGS: &[Binding] = &[
 
     within(EXPORT, CTRL, Key::Enter, Export(ExportCommand::Add), "Add the export to the queue"),
     within(EXPORT, NONE, Key::Tab, Window(WindowCommand::FocusPane), "Step through the controls; Esc leaves them"),
+
+    within(FOOTAGE, NONE, Key::M, Matte(MatteCommand::ToggleTool), "Paint the matte, or frame"),
+    within(FOOTAGE, NONE, Key::X, Matte(MatteCommand::SwapSide), "Brush: keep or remove"),
+    within(FOOTAGE, NONE, Key::OpenBracket, Matte(MatteCommand::StepRadius(-1)), "Smaller brush"),
+    within(FOOTAGE, NONE, Key::CloseBracket, Matte(MatteCommand::StepRadius(1)), "Larger brush"),
 
     on(NONE, Key::Space, View(ViewCommand::TogglePlay), "Play or stop"),
     on(NONE, Key::I, View(ViewCommand::MarkIn), "Set the in point"),

@@ -1,6 +1,8 @@
 //! The footage: the interview's frames and the exemplars as filmed, their mattes, and the framing: the
 //! square that is cut out of them.
 
+mod brush;
+mod matte;
 mod square;
 mod strip;
 
@@ -11,6 +13,7 @@ use crate::footage_reader::{FootagePicture, FootageView, MatteView};
 use crate::panel_context::PanelContext;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
+use brush::Brush;
 use egui::{Button, DragValue, Frame, Margin, Panel, RichText, Ui, vec2};
 use project::{Framing, Padding, Project};
 use square::Square;
@@ -27,6 +30,7 @@ pub struct FootagePanel {
     /// Whether the person is asked to confirm it, since calibration and network have to be made again.
     asking: bool,
     square: Square,
+    brush: Brush,
 }
 
 impl FootagePanel {
@@ -64,13 +68,25 @@ impl FootagePanel {
                 ui.add_space(GAP);
                 view_ui(ui, context, project, out);
                 if let Some(Ok(shown)) = picture {
-                    ui.add_space(2.0 * GAP);
-                    self.framing_ui(ui, context, project, shown, out);
+                    ui.add_space(GAP);
+                    matte::tools_ui(ui, context, out);
+                    ui.add_space(0.5 * GAP);
+                    match context.matte.on {
+                        true => matte::matte_ui(ui, context, project, shown, out),
+                        false => self.framing_ui(ui, context, project, shown, out),
+                    }
                 }
             });
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         match picture {
+            Some(Ok(shown)) if context.matte.on => {
+                let kept = project.settings.framing.of(shown.size);
+                let frame = context.state.frame;
+                let is_interview = !context.state.footage.exemplars;
+                let allowed = is_interview && matte::refusal(context, project, frame).is_none();
+                (self.brush).ui(ui, context, shown, kept, (frame, allowed), out);
+            }
             Some(Ok(shown)) => {
                 let kept = project.settings.framing.of(shown.size);
                 let mut framing = self.framing(kept);
@@ -106,11 +122,7 @@ impl FootagePanel {
         let kept = project.settings.framing.of(shown.size);
         let mut framing = self.framing(kept);
         let (width, height) = shown.size;
-        ui.strong("Framing");
-        quiet_ui(
-            ui,
-            &format!("Only this square of the {width} × {height} pictures is used."),
-        );
+        quiet_ui(ui, &format!("The square used of {width} × {height} pixels"));
         let speed = width.max(height) as f32 / 500.0;
         egui::Grid::new("square")
             .num_columns(2)
@@ -158,10 +170,7 @@ impl FootagePanel {
         });
         let size = project.settings.size;
         if framing.side < size {
-            quiet_ui(
-                ui,
-                &format!("Smaller than the working size of {size} pixels."),
-            );
+            quiet_ui(ui, &format!("Smaller than the working size, {size}"));
         }
         framing = framing.bounded();
         self.draft = (framing != kept).then_some(framing);

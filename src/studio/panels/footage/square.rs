@@ -25,14 +25,15 @@ pub struct Square {
 }
 
 /// Converts pixels of the picture to points of the window.
-struct Placement {
+pub struct Placement {
     origin: Pos2,
-    scale: f32,
+    /// Points that a pixel takes.
+    pub scale: f32,
 }
 
 impl Placement {
     /// Centres the picture in the room, with what the project's framing shows outside it.
-    fn of(room: Rect, shown: &FootagePicture, kept: Framing) -> Self {
+    pub fn of(room: Rect, shown: &FootagePicture, kept: Framing) -> Self {
         let (width, height) = (shown.size.0 as f32, shown.size.1 as f32);
         let picture = Rect::from_min_size(Pos2::ZERO, vec2(width, height));
         let seen = picture.expand(0.04 * width.max(height)).union(square(kept));
@@ -46,14 +47,14 @@ impl Placement {
         }
     }
 
-    fn rect(&self, pixels: Rect) -> Rect {
+    pub fn rect(&self, pixels: Rect) -> Rect {
         Rect::from_min_size(
             self.origin + self.scale * pixels.min.to_vec2(),
             self.scale * pixels.size(),
         )
     }
 
-    fn pixel(&self, at: Pos2) -> Pos2 {
+    pub fn pixel(&self, at: Pos2) -> Pos2 {
         ((at - self.origin) / self.scale).to_pos2()
     }
 }

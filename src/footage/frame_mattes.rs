@@ -1,0 +1,258 @@
+//! The mattes of an interview's frames, one by one: by screen, box, clean plate, strokes, or by a neighbour's.
+
+use super::framed::{read_matte, read_picture};
+use super::mattes::MatteSettings;
+use super::movement::Movement;
+use super::strokes::Strokes;
+use base::error::{Error, Result};
+use imaging::{Encoded, Mask};
+use matte::{
+    Correction, Key, Seeds, boxed, by_clean_plate, corrected, followed, guessed, key, painted,
+};
+use project::{Picture, Project};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Says how likely each pixel of a picture shows a person: probabilities at any size.
+pub type FindPerson = Box<dyn Fn(&Encoded) -> Result<Mask> + Send>;
+
+/// A frame follows another if on average its motion may be believed as far as this.
+const LEAST_TRUST: f32 = 0.25;
+
+/// Finds mattes of frames, and remembers what more than one frame needs.
+pub struct FrameMattes {
+    project: Project,
+    within: Option<[usize; 4]>,
+    plate: Option<Encoded>,
+    person: Option<FindPerson>,
+    /// Whether the person was found that way: then it is the way for all frames.
+    is_guessed: bool,
+    /// The screen that the first keyed frame shows.
+    pub(super) screen: Option<Key>,
+    pub(super) movement: Movement,
+    /// The matte of the frame that was made last.
+    pub(super) neighbour: Option<(usize, Mask)>,
+    /// The matte of the frame with which following begins.
+    pub(super) first: Option<(usize, Mask)>,
+    /// A frame and its matte before any stroke.
+    start: Option<(usize, Start)>,
+}
+
+/// A frame's matte.
+pub struct FrameMatte {
+    pub picture: Arc<Encoded>,
+    pub matte: matte::Matte,
+    /// What was painted on it.
+    pub seeds: Seeds,
+    /// Whether it follows the matte of a neighbour.
+    pub followed: bool,
+    /// Whether it begins with where a person was found.
+    pub guessed: bool,
+}
+
+#[derive(Clone)]
+struct Start {
+    picture: Arc<Encoded>,
+    /// The matte before strokes, or why there is none.
+    matte: std::result::Result<matte::Matte, Arc<Error>>,
+    guessed: bool,
+}
+
+impl FrameMattes {
+    /// Mattes of this project's frames. Without box, clean plate and screen, `person` says where the person is.
+    ///
+    /// # Errors
+    /// When the clean plate cannot be read.
+    pub fn of(
+        project: &Project,
+        settings: &MatteSettings,
+        person: Option<FindPerson>,
+    ) -> Result<Self> {
+        let plate = settings.clean_plate.as_deref();
+        Ok(Self {
+            project: project.clone(),
+            within: settings.within,
+            plate: plate.map(read_plate).transpose()?,
+            person,
+            is_guessed: false,
+            screen: None,
+            movement: Movement::of(project.clone()),
+            neighbour: None,
+            first: None,
+            start: None,
+        })
+    }
+
+    /// Whether a frame's subject can be told without strokes.
+    ///
+    /// # Errors
+    /// When the frame cannot be read.
+    pub fn is_told(&mut self, frame: usize) -> Result<bool> {
+        Ok(self.start(frame)?.matte.is_ok())
+    }
+
+    /// The matte of a frame, corrected by strokes on it and near it. A frame whose subject nothing else tells follows the
+    /// neighbour that was made before.
+    ///
+    /// # Errors
+    /// When a picture cannot be read, or nothing tells the subject.
+    pub fn of_frame(&mut self, frame: usize, strokes: &Strokes) -> Result<FrameMatte> {
+        let start = self.start(frame)?;
+        let picture = start.picture;
+        self.movement.show(frame, &picture);
+        let size = picture.0.size();
+        let seeds = strokes.seeds(frame, size);
+        let mut told = seeds.clone();
+        if let Some(carried) = strokes.carried(frame, size, &mut self.movement) {
+            told.join(&carried.resized(size));
+        }
+        let named = |e: Error| about(&self.project.frame_picture(frame), e);
+        let mut follows = false;
+        let found = match start.matte {
+            Ok(matte) if told.is_empty() => matte,
+            Ok(matte) => corrected(&picture, &matte, &told).map_err(named)?.matte,
+            Err(_) if seeds.hold_both() => painted(&picture, &seeds, self.within).map_err(named)?,
+            Err(why) => {
+                let near = [&self.neighbour, &self.first].into_iter().flatten();
+                let near = near.into_iter().find(|(of, _)| of.abs_diff(frame) == 1);
+                // Without strokes nobody said that the frames show one person.
+                let near = near.filter(|_| !strokes.strokes.is_empty());
+                let Some((of, matte)) = near.cloned() else {
+                    return Err(named(unwrapped(why)));
+                };
+                let Some(flow) = self.movement.between(frame, of)? else {
+                    return Err(named(unwrapped(why)));
+                };
+                let trust = &flow.trust().pixels;
+                if trust.iter().sum::<f32>() < LEAST_TRUST * trust.len() as f32 {
+                    return Err(named(Error::missing(
+                        "too little of it is found in the frame next to it to follow that one's matte",
+                        "Paint on this frame what to keep and what to remove (studio: Footage, Paint matte)",
+                    )));
+                }
+                follows = true;
+                let matte = flow.warped_mask(&matte);
+                let found = followed(&picture, &matte, flow.trust(), &told).map_err(named)?;
+                match seeds.is_empty() {
+                    true => found,
+                    false => corrected(&picture, &found, &told).map_err(named)?.matte,
+                }
+            }
+        };
+        self.neighbour = Some((frame, found.mask.clone()));
+        Ok(FrameMatte {
+            picture,
+            matte: found,
+            seeds,
+            followed: follows,
+            guessed: start.guessed,
+        })
+    }
+
+    /// The matte of a frame as it is shown while a person paints: as [`of_frame`](Self::of_frame), but that a matte which the
+    /// project has already takes the place of a neighbour's.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn of_painted(&mut self, frame: usize, strokes: &Strokes) -> Result<FrameMatte> {
+        let start = self.start(frame)?;
+        let seeds = strokes.seeds(frame, start.picture.0.size());
+        let own = self.project.frame_matte_path(frame);
+        if start.matte.is_ok() || seeds.hold_both() || !own.is_file() {
+            return self.of_frame(frame, strokes);
+        }
+        let mask = read_matte(&self.project.frame_matte(frame))?;
+        let matte = matte::Matte {
+            mask,
+            uncertain: 0.0,
+        };
+        let named = |e: Error| about(&self.project.frame_picture(frame), e);
+        let Correction { matte, .. } = corrected(&start.picture, &matte, &seeds).map_err(named)?;
+        Ok(FrameMatte {
+            picture: start.picture,
+            matte,
+            seeds,
+            followed: false,
+            guessed: false,
+        })
+    }
+
+    fn start(&mut self, frame: usize) -> Result<Start> {
+        if let Some((of, start)) = &self.start
+            && *of == frame
+        {
+            return Ok(start.clone());
+        }
+        let picture = read_picture(&self.project.frame_picture(frame))?;
+        let matte = match (&self.plate, self.within) {
+            (Some(plate), _) => by_clean_plate(&picture, plate),
+            (None, Some(within)) => boxed(&picture, within),
+            (None, None) => self.found(&picture),
+        };
+        let start = Start {
+            picture: Arc::new(picture),
+            guessed: self.is_guessed && matte.is_ok(),
+            matte: matte.map_err(Arc::new),
+        };
+        self.start = Some((frame, start.clone()));
+        Ok(start)
+    }
+}
+
+impl FrameMattes {
+    /// A matte by the screen, or where a person is found. What the first frame shows is the way for all.
+    fn found(&mut self, picture: &Encoded) -> Result<matte::Matte> {
+        let Some(person) = &self.person else {
+            return keyed(picture, &mut self.screen);
+        };
+        if !self.is_guessed {
+            match keyed(picture, &mut self.screen) {
+                Err(Error::Missing { .. }) if self.screen.is_none() => (),
+                told => return told,
+            }
+        }
+        let matte = guessed(picture, person)?;
+        self.is_guessed = true;
+        Ok(matte)
+    }
+}
+
+/// A frame's matte, by the screen of the first one that shows it.
+fn keyed(picture: &Encoded, screen: &mut Option<Key>) -> Result<matte::Matte> {
+    let found = match screen {
+        Some(found) => found,
+        None => screen.insert(key(picture)?),
+    };
+    found.matte(picture)
+}
+
+/// The clean plate: a picture, or the first frame of a movie.
+fn read_plate(file: &Path) -> Result<Encoded> {
+    if !movies::is_movie(file) {
+        return imaging::file::read_encoded(file);
+    }
+    let movie = movies::open(file)?;
+    Ok(movie.frame(movie.first())?.encoded())
+}
+
+/// An error that is shared; it keeps its sentence.
+fn unwrapped(error: Arc<Error>) -> Error {
+    Arc::try_unwrap(error).unwrap_or_else(|shared| match &*shared {
+        Error::Missing { problem, remedy } => Error::missing(problem.clone(), remedy.clone()),
+        Error::Invalid { problem, remedy } => Error::invalid(problem.clone(), remedy.clone()),
+        other => Error::bug(other.to_string()),
+    })
+}
+
+/// The same error with the picture that it is about.
+pub fn about(picture: &Picture, error: Error) -> Error {
+    match error {
+        Error::Missing { problem, remedy } => {
+            Error::missing(format!("{}: {problem}", picture.display()), remedy)
+        }
+        Error::Invalid { problem, remedy } => {
+            Error::invalid(format!("{}: {problem}", picture.display()), remedy)
+        }
+        other => other,
+    }
+}

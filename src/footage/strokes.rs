@@ -1,0 +1,201 @@
+//! Strokes that a person painted on interview frames, to say what belongs to the person: kept in the project.
+
+use super::movement::Movement;
+use base::error::{Error, Result};
+use base::files;
+use matte::{Seeds, Side};
+use project::Project;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// All strokes of a project, in the order in which they were painted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Strokes {
+    #[serde(default, rename = "stroke")]
+    pub strokes: Vec<Stroke>,
+}
+
+/// One stroke of a brush.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stroke {
+    /// The interview frame, counted from 0.
+    pub frame: usize,
+    /// Whether the pixels belong to the person (`keep`) or to what is behind (`remove`).
+    pub side: BrushSide,
+    /// The brush's radius in pixels of the plate, from 0.5 to 2000.
+    pub radius: f32,
+    /// The line that its middle took: columns and rows in pixels of the plate, from its upper left corner. At least one.
+    pub points: Vec<[f32; 2]>,
+}
+
+/// What a brush says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BrushSide {
+    Keep,
+    Remove,
+}
+
+impl From<BrushSide> for Side {
+    fn from(side: BrushSide) -> Self {
+        match side {
+            BrushSide::Keep => Self::Keep,
+            BrushSide::Remove => Self::Remove,
+        }
+    }
+}
+
+/// Radii of brushes in pixels of the plate.
+pub const RADII: std::ops::RangeInclusive<f32> = 0.5..=2000.0;
+/// Pixels from the upper left corner that a point may be away: far beyond every plate.
+pub const FARTHEST: f32 = 1e5;
+/// Frames to both sides that a stroke speaks for.
+pub const REACH: usize = 8;
+/// How much less a stroke says with each frame.
+const FADE: f32 = 0.92;
+
+impl Strokes {
+    /// Where a project keeps them.
+    pub fn path(project: &Project) -> PathBuf {
+        project.root.join("mattes/strokes.toml")
+    }
+
+    /// The project's strokes; none if it has no file of them.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or says what no brush can.
+    pub fn load(project: &Project) -> Result<Self> {
+        const REMEDY: &str = "Mend the file, or remove it and paint again";
+        let path = Self::path(project);
+        if !path.exists() {
+            return Ok(Self::default());
+        }
+        let text = files::read_text(&path, files::MOST_TEXT)
+            .map_err(|e| Error::io("open", &path, e, REMEDY))?;
+        let strokes: Self =
+            toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
+        let frames = project.settings.shoot.frames.len();
+        for (i, stroke) in strokes.strokes.iter().enumerate() {
+            if let Some(problem) = stroke.problem(frames) {
+                let problem = format!("stroke {} of it {problem}", i + 1);
+                return Err(Error::codec("read", &path, problem, REMEDY));
+            }
+        }
+        Ok(strokes)
+    }
+
+    /// Keeps them in the project, written beside and renamed; without strokes the file goes.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, project: &Project) -> Result<()> {
+        let path = Self::path(project);
+        if self.strokes.is_empty() {
+            return match std::fs::remove_file(&path) {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                    Err(Error::io("remove", &path, e, "Make the folder writable"))
+                }
+                _ => Ok(()),
+            };
+        }
+        project::save_toml(&path, self)
+    }
+
+    /// The frames that were painted on, ascending.
+    pub fn frames(&self) -> Vec<usize> {
+        let mut frames: Vec<usize> = self.strokes.iter().map(|stroke| stroke.frame).collect();
+        frames.sort_unstable();
+        frames.dedup();
+        frames
+    }
+
+    /// Whether a frame has strokes of both sides.
+    pub fn tell_both(&self, frame: usize) -> bool {
+        [BrushSide::Keep, BrushSide::Remove].iter().all(|side| {
+            let mut all = self.strokes.iter();
+            all.any(|stroke| stroke.frame == frame && stroke.side == *side)
+        })
+    }
+
+    /// What was painted on a frame of this size.
+    pub fn seeds(&self, frame: usize, size: (usize, usize)) -> Seeds {
+        let mut seeds = Seeds::none(size);
+        for stroke in self.strokes.iter().filter(|stroke| stroke.frame == frame) {
+            seeds.paint(stroke.side.into(), stroke.radius, &stroke.points);
+        }
+        seeds
+    }
+
+    /// What the strokes on the frames around one say of it: each is carried along with the picture, says less with every
+    /// frame and where the motion is in doubt, and is silent [`REACH`] frames away. At the size at which motion is looked for;
+    /// None if nothing is near. `size` is that of the frames.
+    pub(super) fn carried(
+        &self,
+        frame: usize,
+        size: (usize, usize),
+        movement: &mut Movement,
+    ) -> Option<Seeds> {
+        let near = self.frames().into_iter();
+        let near = near.filter(|&other| other != frame && other.abs_diff(frame) <= REACH);
+        let mut all: Option<Seeds> = None;
+        for other in near {
+            // A frame that cannot be read is named when its own matte is made.
+            let Ok(Some(flow)) = movement.between(frame, other) else {
+                continue;
+            };
+            let there = self.seeds(other, size);
+            let small = there.resized(flow.trust().size());
+            let fade = FADE.powi(frame.abs_diff(other) as i32);
+            let mut here = flow.warped_mask(small.values());
+            for (value, trust) in here.pixels.iter_mut().zip(&flow.trust().pixels) {
+                // What is carried is never as certain as what is painted.
+                *value *= fade * trust;
+            }
+            let here = Seeds::of(here);
+            match &mut all {
+                Some(all) => all.join(&here),
+                None => all = Some(here),
+            }
+        }
+        all.filter(|all| !all.is_empty())
+    }
+}
+
+impl Stroke {
+    /// What is wrong with it; None if nothing is.
+    fn problem(&self, frames: usize) -> Option<String> {
+        if self.frame >= frames {
+            return Some(format!(
+                "is on frame {}, but the interview has {frames} frames, counted from 0",
+                self.frame
+            ));
+        }
+        if !RADII.contains(&self.radius) {
+            return Some(format!(
+                "has a radius of {} pixels, where {} to {} can be painted",
+                self.radius,
+                RADII.start(),
+                RADII.end()
+            ));
+        }
+        if self.points.is_empty() {
+            return Some("has no points".to_owned());
+        }
+        let is_near = |v: &f32| v.abs() <= FARTHEST;
+        (!self.points.iter().flatten().all(is_near))
+            .then(|| "leaves the picture too far, or has a point that is no number".to_owned())
+    }
+}
+
+/// Whether strokes can have an effect on a frame: the shoot's own mattes are never changed.
+pub fn is_own_matte(project: &Project, frame: usize) -> bool {
+    match project.frame_matte(frame) {
+        project::Matte::Alpha(_) => false,
+        project::Matte::Grey(picture) => {
+            let own: &Path = &project.frame_matte_path(frame);
+            picture.file() == own || !picture.file().is_file()
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! Mattes by strokes of a brush: corrected ones, ones that have nothing but strokes, and ones that follow another frame's.
+
+use super::Matte;
+use super::cut::{ROUNDS, Reduced};
+use super::grab_cut::{Known, Mark, grab_cut_knowing};
+use super::mixture::Mixture;
+use super::parts::{clean, drop_loose, parts};
+use super::seeds::Seeds;
+use super::window;
+use base::error::{Error, Result};
+use imaging::color::unit;
+use imaging::resample::resize_area;
+use imaging::{Encoded, Mask, Raster};
+use std::collections::VecDeque;
+
+/// What a seed that is carried from another frame says at most, as a logarithm of odds.
+const MOST_ODDS: f32 = 10.0;
+/// A seed that says less starts no change.
+const LEAST_SEED: f32 = 0.25;
+/// A stroke speaks at first for what is around it with its colour to within so many codes, and within this share of the
+/// picture's longer side.
+const ALIKE: f32 = 14.0;
+const NEAR: f32 = 0.15;
+/// A followed matte is doubted within this share of the longer side from its edge.
+const BAND: usize = 16;
+
+/// A matte that strokes corrected.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correction {
+    pub matte: Matte,
+    /// Where the strokes are and what they changed, at the size that is cut: what other frames can be told.
+    pub seeds: Seeds,
+}
+
+/// Corrects a matte by seeds of the picture's size. What changes is connected to a seed and was told by GrabCut, which starts
+/// from the matte; what was painted is exactly so.
+///
+/// # Errors
+/// If the sizes differ.
+pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Correction> {
+    let size = picture.0.size();
+    seeds.check(size)?;
+    if start.mask.size() != size {
+        return Err(Error::other_size(
+            ("the matte", start.mask.size()),
+            ("the picture", size),
+            "Make the matte of this picture again",
+        ));
+    }
+    let reduced = Reduced::of(picture);
+    let small = reduced.small.0.size();
+    let told = seeds.resized(small);
+    let told = &told.values().pixels;
+    let before: Vec<bool> = (resize_area(&start.mask, small.0, small.1).pixels.iter())
+        .map(|&alpha| alpha >= 0.5)
+        .collect();
+    let supposed = supposed(&reduced.small, &before, told);
+    let marks = marks(small, told, &supposed);
+    let odds: Vec<f32> = told.iter().map(|v| MOST_ODDS * v).collect();
+    let known = Known {
+        odds: Some(&odds),
+        ..Known::default()
+    };
+    let sides = |subject| marks.pixels.iter().any(|m| m.is_subject() == subject);
+    // Where one side has no pixel there is nothing to cut.
+    let cut = match sides(true) && sides(false) {
+        true => {
+            grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?
+                .subject
+                .pixels
+        }
+        false => supposed,
+    };
+    let mut after = before.clone();
+    for part in parts(small, |i| cut[i] != before[i]) {
+        let asked = |i: &usize| told[*i].abs() >= LEAST_SEED && (told[*i] > 0.0) == cut[*i];
+        if part.iter().any(asked) {
+            part.iter().for_each(|&i| after[i] = cut[i]);
+        }
+    }
+    let changed = |i: usize| after[i] != before[i];
+    let mut matte = match (0..after.len()).any(changed) {
+        true => {
+            let new = reduced.matte(&after, None);
+            // Edges that moved, and as far as they are soft.
+            let places: Vec<[f32; 1]> = (0..after.len())
+                .map(|i| [f32::from(u8::from(changed(i)))])
+                .collect();
+            let near = window::sums(&places, small, 3);
+            let zone: Vec<bool> = near.iter().map(|n| n[0] > 0.5).collect();
+            let zone = reduced.enlarged(&zone);
+            let mixed = |i: usize| match zone[i] {
+                true => new.mask.pixels[i],
+                false => start.mask.pixels[i],
+            };
+            Matte {
+                mask: Mask {
+                    pixels: (0..zone.len()).map(mixed).collect(),
+                    ..start.mask
+                },
+                uncertain: start.uncertain.max(new.uncertain),
+            }
+        }
+        false => start.clone(),
+    };
+    force(&mut matte.mask, seeds);
+    let kept = (0..after.len()).map(|i| match (told[i].abs() >= 1.0, changed(i)) {
+        (true, _) => told[i],
+        (_, true) => {
+            if after[i] {
+                1.0
+            } else {
+                -1.0
+            }
+        }
+        _ => 0.0,
+    });
+    Ok(Correction {
+        matte,
+        seeds: Seeds::of(Mask {
+            width: small.0,
+            height: small.1,
+            pixels: kept.collect(),
+        }),
+    })
+}
+
+/// The matte of a picture of which only strokes tell what is kept and what is removed; with a box, all outside of it is removed.
+/// What is not connected to a stroke that keeps is no subject.
+///
+/// # Errors
+/// If strokes and box do not show both sides, or the sizes differ.
+pub fn painted(picture: &Encoded, seeds: &Seeds, within: Option<[usize; 4]>) -> Result<Matte> {
+    let size = picture.0.size();
+    seeds.check(size)?;
+    let reduced = Reduced::of(picture);
+    let small = reduced.small.0.size();
+    let mut told = seeds.resized(small).values().pixels.clone();
+    if let Some(within) = within {
+        let [left, top, columns, rows] = super::boxed::reduced_box(within, size, small);
+        for (i, told) in told.iter_mut().enumerate().filter(|t| *t.1 == 0.0) {
+            let (x, y) = (i % small.0, i / small.0);
+            let inside = (left..left + columns).contains(&x) && (top..top + rows).contains(&y);
+            *told = if inside { 0.0 } else { -1.0 };
+        }
+    }
+    let colors = codes(&reduced.small);
+    let side = |wanted: f32| -> Vec<[f64; 3]> {
+        let told = colors.iter().zip(&told);
+        told.filter(|t| *t.1 * wanted >= 1.0)
+            .map(|t| *t.0)
+            .collect()
+    };
+    let (Some(front), Some(back)) = (Mixture::split(&side(1.0)), Mixture::split(&side(-1.0)))
+    else {
+        return Err(Error::missing(
+            "the strokes do not show both what to keep and what to remove",
+            "Paint over a part of the person with Keep and over a part of the background with Remove",
+        ));
+    };
+    let supposed: Vec<bool> = (colors.iter())
+        .map(|&color| front.cost(color) < back.cost(color))
+        .collect();
+    let odds: Vec<f32> = told.iter().map(|v| MOST_ODDS * v).collect();
+    let known = Known {
+        odds: Some(&odds),
+        ..Known::default()
+    };
+    let found = grab_cut_knowing(
+        &reduced.small,
+        &marks(small, &told, &supposed),
+        &known,
+        ROUNDS,
+    )?;
+    let mut cut = found.subject.pixels;
+    clean(&mut cut, small, |i| told[i] < 0.0);
+    for part in parts(small, |i| cut[i]) {
+        if !part.iter().any(|&i| told[i] >= 1.0) {
+            part.iter().for_each(|&i| cut[i] = false);
+        }
+    }
+    let mut matte = reduced.matte(&cut, None);
+    force(&mut matte.mask, seeds);
+    Ok(matte)
+}
+
+/// The matte of a picture by that of a neighbouring frame, carried here: `start` in `[0, 1]` and how far it may be `trusted`,
+/// both of any size. Far from its edge and where it is trusted it stays; near it colours and edges decide.
+///
+/// # Errors
+/// If the sizes of seeds and picture differ, or the start shows no subject or no background.
+pub fn followed(picture: &Encoded, start: &Mask, trusted: &Mask, seeds: &Seeds) -> Result<Matte> {
+    let size = picture.0.size();
+    seeds.check(size)?;
+    let reduced = Reduced::of(picture);
+    let small = reduced.small.0.size();
+    let told = seeds.resized(small);
+    let told = &told.values().pixels;
+    let at = |mask: &Mask| resize_area(mask, small.0, small.1).pixels;
+    let (start, trusted) = (at(start), at(trusted));
+    let supposed: Vec<bool> = start.iter().map(|&alpha| alpha >= 0.5).collect();
+    let subject: Vec<[f32; 1]> = supposed.iter().map(|&s| [f32::from(u8::from(s))]).collect();
+    let band = (small.0.max(small.1) / BAND / 2).max(2);
+    let near = window::sums(&subject, small, band);
+    let count = window::counts(small, band);
+    let mut marks = marks(small, told, &supposed);
+    for (i, mark) in marks.pixels.iter_mut().enumerate() {
+        let open = matches!(mark, Mark::MaybeBackground | Mark::MaybeSubject);
+        if open && trusted[i] >= 0.5 && near[i][0] < 0.5 {
+            *mark = Mark::Background;
+        }
+        if open && trusted[i] >= 0.5 && near[i][0] > count(i) - 0.5 {
+            *mark = Mark::Subject;
+        }
+    }
+    let odds: Vec<f32> = told.iter().map(|v| MOST_ODDS * v).collect();
+    let known = Known {
+        odds: Some(&odds),
+        ..Known::default()
+    };
+    let mut cut = grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?
+        .subject
+        .pixels;
+    clean(&mut cut, small, |i| !supposed[i]);
+    let mut matte = reduced.matte(&cut, None);
+    force(&mut matte.mask, seeds);
+    Ok(matte)
+}
+
+/// What each pixel is supposed to be at first: as the matte says, but for what is like a stroke that contradicts it, and near.
+fn supposed(picture: &Encoded, before: &[bool], told: &[f32]) -> Vec<bool> {
+    let (width, height) = picture.0.size();
+    let reach = NEAR * width.max(height) as f32;
+    let color = |i: usize| picture.0.pixels[i].map(|v| unit(v) * 255.0);
+    let mut supposed = before.to_vec();
+    let mut seen = vec![false; before.len()];
+    let mut open: VecDeque<(usize, usize)> = VecDeque::new();
+    for (i, &told) in told.iter().enumerate() {
+        if told.abs() >= LEAST_SEED {
+            seen[i] = true;
+            supposed[i] = told > 0.0;
+            if before[i] != supposed[i] {
+                open.push_back((i, i));
+            }
+        }
+    }
+    while let Some((place, origin)) = open.pop_front() {
+        let (x, y) = (place % width, place / width);
+        let (of_x, of_y) = (origin % width, origin / width);
+        for (x, y) in [
+            (x.wrapping_sub(1), y),
+            (x + 1, y),
+            (x, y.wrapping_sub(1)),
+            (x, y + 1),
+        ] {
+            if x >= width || y >= height || seen[y * width + x] {
+                continue;
+            }
+            let next = y * width + x;
+            let away = (x.abs_diff(of_x) as f32).hypot(y.abs_diff(of_y) as f32);
+            let (a, b) = (color(next), color(origin));
+            let apart: f32 = (0..3).map(|c| (a[c] - b[c]).powi(2)).sum();
+            if away <= reach && apart <= ALIKE * ALIKE && before[next] != supposed[origin] {
+                seen[next] = true;
+                supposed[next] = supposed[origin];
+                open.push_back((next, origin));
+            }
+        }
+    }
+    supposed
+}
+
+/// Sure marks where strokes are, open ones elsewhere.
+fn marks((width, height): (usize, usize), told: &[f32], supposed: &[bool]) -> Raster<Mark> {
+    let mark = |(&told, &supposed): (&f32, &bool)| match supposed {
+        _ if told >= 1.0 => Mark::Subject,
+        _ if told <= -1.0 => Mark::Background,
+        true => Mark::MaybeSubject,
+        false => Mark::MaybeBackground,
+    };
+    Raster {
+        width,
+        height,
+        pixels: told.iter().zip(supposed).map(mark).collect(),
+    }
+}
+
+/// Makes what was painted exactly so, and drops soft pixels that this cut off.
+fn force(alpha: &mut Mask, seeds: &Seeds) {
+    seeds.force(alpha);
+    if seeds.values().pixels.contains(&-1.0) {
+        let solid: Vec<bool> = alpha.pixels.iter().map(|a| *a >= 0.5).collect();
+        let size = alpha.size();
+        drop_loose(&mut alpha.pixels, size, &solid);
+    }
+}
+
+fn codes(picture: &Encoded) -> Vec<[f64; 3]> {
+    let pixels = picture.0.pixels.iter();
+    pixels
+        .map(|p| p.map(|v| f64::from(unit(v)) * 255.0))
+        .collect()
+}
+
+#[cfg(test)]
+#[path = "brushed_tests.rs"]
+mod tests;

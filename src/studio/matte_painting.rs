@@ -1,0 +1,361 @@
+//! Strokes that a person paints on interview frames, and the matte that the shown frame has by them.
+
+use super::footage_reader::reduced;
+use base::error::Result;
+use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
+use footage::{BrushSide, FrameMattes, MatteSettings, Stroke, Strokes, strokes};
+use imaging::Mask;
+use imaging::resample::resize_area;
+use project::Project;
+use worker::Lookup;
+
+/// The longer side at which the matte is shown.
+const SHOWN_PX: usize = 1280;
+/// Steps of undo that are kept.
+const STEPS: usize = 50;
+/// How much larger one step makes the brush.
+pub const GROWTH: f32 = 1.2;
+
+/// A frame and the strokes by which its matte is found.
+#[derive(Clone, Debug, PartialEq)]
+struct LiveRequest {
+    frame: usize,
+    strokes: Strokes,
+}
+
+/// What lies over the picture: red where it is removed, a line at the edge.
+type Overlay = ([usize; 2], Vec<Color32>);
+
+/// A matte as it was found.
+pub struct LiveMatte {
+    pub overlay: TextureHandle,
+    /// The share of its pixels that are edges.
+    pub uncertain: f32,
+}
+
+/// What a thread found: the overlay, and the share of edges.
+type Found = (Overlay, f32);
+
+/// The brush, the strokes, and the threads that find mattes by them and save them.
+pub struct MattePainting {
+    /// Whether the tool is chosen.
+    pub on: bool,
+    pub side: BrushSide,
+    /// The brush's radius in pixels of the plate; None until it fits the picture.
+    pub radius: Option<f32>,
+    /// The strokes, or why they cannot be read; None until they are read.
+    strokes: Option<std::result::Result<Strokes, String>>,
+    undo: Vec<Strokes>,
+    redo: Vec<Strokes>,
+    /// What was found last, or why nothing was.
+    live: Option<(LiveRequest, std::result::Result<LiveMatte, String>)>,
+    /// What was asked for last, and whether the answer is still to come.
+    sought: Option<LiveRequest>,
+    seeking: bool,
+    finder: Option<Lookup<LiveRequest, Found>>,
+    reader: Option<Lookup<(), Strokes>>,
+    saver: Option<Lookup<Strokes, ()>>,
+    /// What was sent to the disk last.
+    saving: Option<Strokes>,
+    /// Whether the strokes are not on the disk yet.
+    unsaved: bool,
+    /// Whether all mattes are to be made once they are.
+    make: bool,
+    failure: Option<String>,
+}
+
+impl Default for MattePainting {
+    fn default() -> Self {
+        Self {
+            on: false,
+            side: BrushSide::Keep,
+            radius: None,
+            strokes: None,
+            undo: Vec::new(),
+            redo: Vec::new(),
+            live: None,
+            sought: None,
+            seeking: false,
+            finder: None,
+            reader: None,
+            saver: None,
+            saving: None,
+            unsaved: false,
+            make: false,
+            failure: None,
+        }
+    }
+}
+
+impl MattePainting {
+    /// The strokes, or why they cannot be read; None until they are read.
+    pub fn strokes(&self) -> Option<&std::result::Result<Strokes, String>> {
+        self.strokes.as_ref()
+    }
+
+    /// The matte of a frame by its strokes, or why there is none; None until it is found. While strokes are added it is the last
+    /// one of that frame.
+    pub fn live(&self, frame: usize) -> Option<std::result::Result<&LiveMatte, &str>> {
+        let (request, found) = self.live.as_ref()?;
+        let found = found.as_ref().map_err(String::as_str);
+        (request.frame == frame).then_some(found)
+    }
+
+    /// Whether a matte is being found.
+    pub fn is_seeking(&self) -> bool {
+        self.seeking
+    }
+
+    /// Whether everything painted is on the disk.
+    pub fn is_saved(&self) -> bool {
+        !self.unsaved
+    }
+
+    /// The brush's radius for a picture of this size.
+    pub fn radius(&self, (width, height): (usize, usize)) -> f32 {
+        let fitting = width.max(height) as f32 / 60.0;
+        let radius = self.radius.unwrap_or(fitting);
+        radius.clamp(*strokes::RADII.start(), *strokes::RADII.end())
+    }
+
+    /// Adds a stroke.
+    ///
+    /// # Errors
+    /// If the strokes of before are not known.
+    pub fn paint(&mut self, mut stroke: Stroke) -> std::result::Result<(), String> {
+        // The pointer may have left the picture by far.
+        for place in stroke.points.iter_mut().flatten() {
+            *place = place.clamp(-strokes::FARTHEST, strokes::FARTHEST);
+        }
+        self.change(|strokes| strokes.strokes.push(stroke))
+    }
+
+    /// Takes the strokes of a frame away.
+    ///
+    /// # Errors
+    /// As [`paint`](Self::paint).
+    pub fn clear(&mut self, frame: usize) -> std::result::Result<(), String> {
+        self.change(|strokes| strokes.strokes.retain(|stroke| stroke.frame != frame))
+    }
+
+    fn change(&mut self, act: impl FnOnce(&mut Strokes)) -> std::result::Result<(), String> {
+        let strokes = match &mut self.strokes {
+            Some(Ok(strokes)) => strokes,
+            Some(Err(sentence)) => return Err(sentence.clone()),
+            None => return Err("The strokes are still being read".to_owned()),
+        };
+        let before = strokes.clone();
+        act(strokes);
+        if *strokes != before {
+            if self.undo.len() >= STEPS {
+                self.undo.remove(0);
+            }
+            self.undo.push(before);
+            self.redo.clear();
+            self.unsaved = true;
+        }
+        Ok(())
+    }
+
+    /// Whether a stroke can be undone, or one that was undone be made again.
+    pub fn can_travel(&self, back: bool) -> bool {
+        self.on && !(if back { &self.undo } else { &self.redo }).is_empty()
+    }
+
+    /// Undoes the last stroke, or makes it again.
+    pub fn travel(&mut self, back: bool) {
+        let (from, to) = match back {
+            true => (&mut self.undo, &mut self.redo),
+            false => (&mut self.redo, &mut self.undo),
+        };
+        if let (Some(other), Some(Ok(strokes))) = (from.pop(), &mut self.strokes) {
+            to.push(std::mem::replace(strokes, other));
+            self.unsaved = true;
+        }
+    }
+
+    /// Has all mattes made as soon as the strokes are on the disk.
+    pub fn make_all(&mut self) {
+        self.make = true;
+    }
+
+    /// Whether all mattes are to be made now. It is said once.
+    pub fn takes_make(&mut self) -> bool {
+        !self.unsaved && std::mem::take(&mut self.make)
+    }
+
+    /// Why strokes could not be saved, said once.
+    pub fn failure(&mut self) -> Option<String> {
+        self.failure.take()
+    }
+
+    /// Takes in what the threads found and saved. Called in every frame of the window.
+    pub fn receive(&mut self, ctx: &Context) {
+        for ((), read) in self.reader.iter().flat_map(Lookup::answers) {
+            self.strokes = Some(read.map_err(|e| e.to_string()));
+        }
+        for (request, found) in self.finder.iter().flat_map(Lookup::answers) {
+            self.seeking &= self.sought.as_ref() != Some(&request);
+            let found = found.map_err(|e| e.to_string());
+            let found = found.map(|((size, pixels), uncertain)| {
+                let overlay = ColorImage::new(size, pixels);
+                LiveMatte {
+                    overlay: ctx.load_texture("matte", overlay, TextureOptions::LINEAR),
+                    uncertain,
+                }
+            });
+            self.live = Some((request, found));
+        }
+        for (saved, done) in self.saver.iter().flat_map(Lookup::answers) {
+            if let Err(e) = done {
+                self.failure = Some(e.to_string());
+                // What could not be saved makes no mattes.
+                (self.unsaved, self.make) = (false, false);
+            } else if matches!(&self.strokes, Some(Ok(strokes)) if *strokes == saved) {
+                self.unsaved = false;
+            }
+        }
+    }
+
+    /// Has the strokes read and saved and the frame's matte found, if that is needed.
+    pub fn ask(
+        &mut self,
+        project: &Project,
+        frame: usize,
+        wake: impl Fn() + Clone + Send + 'static,
+    ) {
+        if !self.on && !self.unsaved {
+            return;
+        }
+        if self.strokes.is_none() && self.reader.is_none() {
+            let of = project.clone();
+            let reader = Lookup::start(wake.clone(), move |()| Strokes::load(&of));
+            reader.ask(());
+            self.reader = Some(reader);
+        }
+        let Some(Ok(strokes)) = &self.strokes else {
+            return;
+        };
+        if self.unsaved && self.saving.as_ref() != Some(strokes) {
+            let saver = self.saver.get_or_insert_with(|| {
+                let of = project.clone();
+                Lookup::start(wake.clone(), move |strokes: &Strokes| strokes.save(&of))
+            });
+            saver.ask(strokes.clone());
+            self.saving = Some(strokes.clone());
+        }
+        let request = LiveRequest {
+            frame,
+            strokes: strokes.clone(),
+        };
+        let paintable =
+            frame < project.settings.shoot.frames.len() && strokes::is_own_matte(project, frame);
+        if self.on && paintable && self.sought.as_ref() != Some(&request) {
+            let finder = self.finder.get_or_insert_with(|| {
+                let of = project.clone();
+                let mut mattes = None;
+                Lookup::start(wake, move |request: &LiveRequest| {
+                    found(&of, &mut mattes, request)
+                })
+            });
+            finder.ask(request.clone());
+            (self.sought, self.seeking) = (Some(request), true);
+        }
+    }
+}
+
+fn found(
+    project: &Project,
+    mattes: &mut Option<FrameMattes>,
+    request: &LiveRequest,
+) -> Result<Found> {
+    let mattes = match mattes {
+        Some(mattes) => mattes,
+        None => mattes.insert(FrameMattes::of(
+            project,
+            &MatteSettings::default(),
+            Some(worker::find_person()?),
+        )?),
+    };
+    let found = mattes.of_painted(request.frame, &request.strokes)?;
+    Ok((overlay(&found.matte.mask), found.matte.uncertain))
+}
+
+/// What is removed is red, its edge a light line.
+fn overlay(matte: &Mask) -> Overlay {
+    let (width, height) = reduced(matte.size(), SHOWN_PX);
+    let small: Mask = resize_area(matte, width, height);
+    let inside = |x: usize, y: usize| small.at(x.min(width - 1), y.min(height - 1)) >= 0.5;
+    let pixels = (0..width * height).map(|i| {
+        let (x, y) = (i % width, i / width);
+        let here = inside(x, y);
+        if inside(x + 1, y) != here || inside(x, y + 1) != here {
+            return Color32::from_rgb(255, 236, 160);
+        }
+        let red = 150.0 * (1.0 - small.pixels[i]);
+        Color32::from_rgba_unmultiplied(214, 32, 32, red as u8)
+    });
+    ([width, height], pixels.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stroke(frame: usize) -> Stroke {
+        Stroke {
+            frame,
+            side: BrushSide::Keep,
+            radius: 3.0,
+            points: vec![[1.0, 2.0]],
+        }
+    }
+
+    #[test]
+    fn strokes_are_undone_one_by_one_and_made_again() {
+        let mut painting = MattePainting {
+            on: true,
+            ..MattePainting::default()
+        };
+        assert!(
+            painting
+                .paint(stroke(0))
+                .unwrap_err()
+                .contains("being read")
+        );
+        painting.strokes = Some(Ok(Strokes::default()));
+        for frame in [0, 1, 1] {
+            painting.paint(stroke(frame)).unwrap();
+        }
+        painting.clear(1).unwrap();
+        let frames =
+            |painting: &MattePainting| painting.strokes().unwrap().as_ref().unwrap().strokes.len();
+        assert_eq!(frames(&painting), 1);
+        painting.travel(true);
+        assert_eq!(frames(&painting), 3);
+        painting.travel(true);
+        assert_eq!(frames(&painting), 2);
+        painting.travel(false);
+        assert_eq!(frames(&painting), 3);
+        painting.paint(stroke(2)).unwrap();
+        assert!(!painting.can_travel(false) && painting.can_travel(true));
+        // A clear that changes nothing is no step.
+        let steps = painting.undo.len();
+        painting.clear(7).unwrap();
+        assert_eq!(painting.undo.len(), steps);
+        painting.make_all();
+        assert!(!painting.takes_make(), "not before the strokes are saved");
+        painting.unsaved = false;
+        assert!(painting.takes_make() && !painting.takes_make());
+    }
+
+    #[test]
+    fn the_overlay_is_clear_on_the_subject_and_red_elsewhere() {
+        let matte = Mask::from_fn(60, 40, |x, _| f32::from(u8::from(x >= 30)));
+        let ([width, height], pixels) = overlay(&matte);
+        assert_eq!((width, height), (60, 40));
+        assert_eq!(pixels[20 * 60 + 50].a(), 0);
+        assert_eq!(pixels[20 * 60 + 10].a(), 150);
+        assert_eq!(pixels[20 * 60 + 29].a(), 255);
+    }
+}
