@@ -266,6 +266,21 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
         frames.iter().map(|&f| project.frame_matte(f)).collect(),
         (&project.frame_picture(0), frame_size),
     )?;
+    if let (Frames::Clip(clip), Matte::Grey(Picture::Movie { file, .. })) =
+        (&shoot.frames, project.frame_matte(0))
+    {
+        let count = movies::open(&file)?.count()?;
+        if count != clip.count {
+            return Err(Error::invalid(
+                format!(
+                    "{} holds {count} mattes, but the interview has {} frames",
+                    file.display(),
+                    clip.count
+                ),
+                "Give each frame its matte, or remove the folder and let `afterlight matte` make them",
+            ));
+        }
+    }
     if frame_size != olat_size {
         progress.say(
             "Frames and exemplars differ in size. Frame both with `afterlight frame` so that the subject is \

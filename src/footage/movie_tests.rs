@@ -430,3 +430,55 @@ fn an_interview_of_exr_pictures_is_imported() {
     let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(off < 1e-3 && light.mask == plain.mask, "{off}");
 }
+
+#[test]
+fn mattes_of_a_sequence_may_have_the_names_of_its_files() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let shoot = folder.path().join("shoot");
+    let silent = Progress::silent();
+    stage(&shoot);
+    let files = import(&folder.path().join("files"), &shoot, &SETTINGS, &silent).unwrap();
+    let seen = |project: &Project| {
+        [0, 1, 2].map(|frame| Frame::load(project, &Response::Srgb, frame).unwrap())
+    };
+    let stills = seen(&files);
+    for frame in interview(&shoot) {
+        let status = Command::new("ffmpeg")
+            .args(["-v", "error", "-i"])
+            .arg(&frame)
+            .arg(frame.with_extension("tif"))
+            .status();
+        assert!(status.unwrap().success());
+        std::fs::remove_file(frame).unwrap();
+    }
+    let root = folder.path().join("sequence");
+    let sequence = import(&root, &shoot, &SETTINGS, &silent).unwrap();
+    for (a, b) in stills.iter().zip(&seen(&sequence)) {
+        let pairs = |a: &[f32], b: &[f32]| -> f32 {
+            a.iter()
+                .zip(b)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f32::max)
+        };
+        let off = pairs(&a.mask.pixels, &b.mask.pixels);
+        assert!(off < 1e-6, "the matte is off by {off}");
+        let off = pairs(a.plate.pixels.as_flattened(), b.plate.pixels.as_flattened());
+        assert!(off < NEAR, "the plate is off by {off}");
+    }
+    // The project's own come first; a matte too few is said.
+    let own = sequence.frame_matte_path(1);
+    std::fs::create_dir_all(own.parent().unwrap()).unwrap();
+    std::fs::copy(shoot.join("interview_masks/frame_000.png"), own).unwrap();
+    let replaced = Frame::load(&sequence, &Response::Srgb, 1).unwrap();
+    assert_eq!(replaced.mask, stills[0].mask);
+    std::fs::remove_file(shoot.join("interview_masks/frame_002.png")).unwrap();
+    let said = import(&folder.path().join("short"), &shoot, &SETTINGS, &silent).unwrap_err();
+    let said = said.to_string();
+    assert!(
+        said.contains("interview_masks") && said.contains("2 mattes"),
+        "{said}"
+    );
+}

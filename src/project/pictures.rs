@@ -12,6 +12,9 @@ impl Picture {
     }
 }
 
+/// Where a shoot has the mattes of its interview.
+const INTERVIEW_MATTES: &str = "interview_masks";
+
 impl Project {
     /// The OLAT of pose `pose` under lamp `lamp`, counted over all lamps.
     pub fn olat_picture(&self, pose: usize, lamp: usize) -> Picture {
@@ -48,7 +51,8 @@ impl Project {
         }
     }
 
-    /// The matte of interview frame `frame`: its movie's alpha, the shoot's file, or the project's.
+    /// The matte of interview frame `frame`: its movie's alpha, the shoot's file, or the project's. If the shoot's mattes of
+    /// a movie or sequence have names of their own, the first is that of the first frame, and so on.
     pub fn frame_matte(&self, frame: usize) -> Matte {
         let frames = &self.settings.shoot.frames;
         let is_clip = match frames {
@@ -56,8 +60,16 @@ impl Project {
             Frames::Clip(_) => true,
             Frames::Named(_) => false,
         };
-        let shoots = self.shoot_path(format!("interview_masks/{}.png", frames.name(frame)));
-        self.grey(shoots, self.frame_matte_path(frame), is_clip)
+        let shoots = self.shoot_path(format!("{INTERVIEW_MATTES}/{}.png", frames.name(frame)));
+        let own = self.frame_matte_path(frame);
+        if is_clip && !shoots.is_file() && !own.is_file() {
+            let folder = self.shoot_path(INTERVIEW_MATTES);
+            let first = folder.join(format!("{}.png", frames.name(0)));
+            if folder.is_dir() && !first.is_file() {
+                return Matte::Grey(self.of_movie(Path::new(INTERVIEW_MATTES), frame as u64));
+            }
+        }
+        self.grey(shoots, own, is_clip)
     }
 
     /// Where the project keeps a matte of pose `pose`, if the shoot has none.
