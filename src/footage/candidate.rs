@@ -91,7 +91,7 @@ pub struct Candidate {
     pub reason: String,
     /// Why it cannot be read.
     pub failure: Option<String>,
-    /// Its first, middle and last frame.
+    /// Three of its frames: the first, middle and last, or three under one lamp each.
     pub thumbnails: Vec<Encoded>,
     /// Columns and rows.
     pub size: Option<(usize, usize)>,
@@ -170,10 +170,8 @@ impl Candidate {
         }
         let mut places = vec![0, self.frames / 2, self.frames - 1];
         places.dedup();
-        for place in places {
-            let picture = source.frame(self.first + place)?.encoded();
-            self.thumbnails.push(thumbnail(&picture));
-        }
+        let places = places.into_iter().map(|place| self.first + place);
+        self.thumbnails = thumbnails(&source, places)?;
         if self.frames == 1 {
             if self.guess != Some(Slot::InterviewBall) {
                 self.guess = Some(Slot::InterviewBall);
@@ -212,11 +210,18 @@ impl Candidate {
                     false => read(0, self.frames)?,
                 };
                 match round::find(&self.light, self.first, None) {
-                    Ok(round) => format!(
-                        "{} look as if one lamp lit each, {} fully lit",
-                        counted(round.lamps.len(), "frame"),
-                        round.tracking.len()
-                    ),
+                    Ok(round) => {
+                        // The first, middle and last frame may all be fully lit.
+                        let lamps = &round.lamps;
+                        let shown = [1, 2, 3].map(|quarter| lamps[quarter * lamps.len() / 4]);
+                        self.thumbnails = thumbnails(source, shown)?;
+                        let mut text =
+                            counted(lamps.len(), "frame") + " look as if one lamp lit each";
+                        if !round.tracking.is_empty() {
+                            text += &format!(", {} fully lit", round.tracking.len());
+                        }
+                        text
+                    }
                     Err(why) => why,
                 }
             }
@@ -302,6 +307,11 @@ fn typical_step(light: &[f32]) -> f32 {
     let mut steps: Vec<f32> = light.windows(2).map(change).collect();
     steps.sort_by(f32::total_cmp);
     steps.get(steps.len() / 2).map_or(1.0, |step| step.exp())
+}
+
+fn thumbnails(source: &Source, frames: impl IntoIterator<Item = u64>) -> Result<Vec<Encoded>> {
+    let read = |frame| Ok(thumbnail(&source.frame(frame)?.encoded()));
+    frames.into_iter().map(read).collect()
 }
 
 /// A small copy of a picture.

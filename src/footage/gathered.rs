@@ -253,6 +253,13 @@ mod tests {
         for word in ["8 frames look as if one lamp lit each", "3 fully lit"] {
             assert!(looked[1].reason.contains(word), "{}", looked[1].reason);
         }
+        // Three lamps are shown, and not three fully lit frames.
+        let [a, b, _] = &looked[1].thumbnails[..] else {
+            panic!("no three thumbnails");
+        };
+        let off = a.0.pixels.iter().zip(&b.0.pixels);
+        let off = off.map(|(a, b)| (a[1] - b[1]).abs()).sum::<f32>() / a.0.pixels.len() as f32;
+        assert!(off > 0.01, "{off}");
         assert!(looked[3].reason.contains("chrome"), "{}", looked[3].reason);
         let parts: Vec<_> = expected.into_iter().zip(&looked).collect();
         for part in 0..parts.len() {
