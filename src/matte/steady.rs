@@ -104,7 +104,11 @@ mod tests {
             let wall = 0.25 + 0.05 * ((x / 6 + y / 8) % 2) as f32;
             [a * skin + (1.0 - a) * wall; 3]
         });
-        let found = alpha(if frame.is_multiple_of(2) { wavering } else { -wavering });
+        let found = alpha(if frame.is_multiple_of(2) {
+            wavering
+        } else {
+            -wavering
+        });
         (Encoded(picture), found, truth)
     }
 
