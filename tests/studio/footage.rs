@@ -258,6 +258,9 @@ fn strokes_change_the_shown_matte_are_kept_undone_and_used_for_all_mattes() {
     window.run_steps(2);
     assert!(radius(&window) > before);
     assert_eq!(window.state().matte().side, BrushSide::Remove);
+    until(&mut window, "matte of the first stroke", |app| {
+        !app.matte().is_seeking()
+    });
     snapshot(&mut window, "studio_footage_matte");
     window.get_by_label("Make all mattes").click();
     until(&mut window, "mattes", |_| {
