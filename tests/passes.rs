@@ -318,6 +318,7 @@ fn in_a_drag_of_the_yaw_nothing_is_read_back() {
             first: None,
             second: None,
             solo: Vec::new(),
+            table: None,
             dragged: texture,
             texture,
         });

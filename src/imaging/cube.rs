@@ -5,8 +5,10 @@
 //! The range of the input is `DOMAIN_MIN` and `DOMAIN_MAX` (Adobe) or `LUT_1D_INPUT_RANGE` and `LUT_3D_INPUT_RANGE`
 //! (Resolve); what is outside counts as its ends.
 
+use crate::Encoded;
 use base::error::{Error, Result};
 use base::files::read_text;
+use rayon::prelude::*;
 use std::path::Path;
 
 /// The longest file that is read, in bytes: a cube of [`MOST_3D`] with 60 bytes a line.
@@ -81,6 +83,12 @@ impl Cube {
     pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         let rgb = self.curves.as_ref().map_or(rgb, |table| table.curves(rgb));
         self.cube.as_ref().map_or(rgb, |table| table.cube(rgb))
+    }
+
+    /// Puts what the table makes of them in place of a picture's codes.
+    pub fn apply_to(&self, codes: &mut Encoded) {
+        let pixels = codes.0.pixels.par_iter_mut().with_min_len(4096);
+        pixels.for_each(|code| *code = self.apply(*code));
     }
 }
 

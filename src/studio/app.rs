@@ -317,7 +317,14 @@ impl StudioApp {
         let wake = self.wake();
         if let Some(worker) = &self.session.worker {
             let (library, state) = (&self.library, &self.state);
-            (self.preview).ask(worker, &self.shown, library, state, &mut self.status);
+            let root = self.session.project.as_ref().map(|project| &*project.root);
+            (self.preview).ask(
+                (worker, root),
+                &self.shown,
+                library,
+                state,
+                &mut self.status,
+            );
         }
         if self.shown.contains(&Pane::Project) {
             self.picker.ask(self.autosave.recent(), wake.clone());

@@ -36,6 +36,8 @@ pub struct ExportOptions {
     pub space: Option<OutputSpace>,
     /// A `.cube` table that is baked into codes: relative to the project's folder, or absolute; "" for none.
     pub table: String,
+    /// Show the picture through the table as well.
+    pub show_table: bool,
     /// How an EXR holds its pixels.
     pub exr: ExrSettings,
     /// Write the interview's sound into a movie, if it has some.
@@ -72,6 +74,11 @@ impl ExportOptions {
     fn table(&self, root: &Path) -> Option<PathBuf> {
         let name = self.table.trim();
         (!name.is_empty() && self.format != Format::Exr).then(|| root.join(name))
+    }
+
+    /// The table that the window shows pictures through; None if it shows them as they are.
+    pub fn shown_table(&self, root: &Path) -> Option<PathBuf> {
+        self.table(root).filter(|_| self.show_table)
     }
 
     /// Whether files keep their names, whatever is there.
@@ -193,6 +200,7 @@ impl Default for ExportOptions {
             background: None,
             space: None,
             table: String::new(),
+            show_table: false,
             exr: ExrSettings::default(),
             sound: true,
             layers: false,

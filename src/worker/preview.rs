@@ -9,6 +9,7 @@ use imaging::Image;
 use light::{Environment, Rig};
 use scene::Scene;
 use std::collections::HashSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A picture that the window wants.
@@ -23,6 +24,9 @@ pub struct PreviewRequest {
     pub second: Option<Comparison>,
     /// Lamps that light the subject alone, each as bright as half of an even light; none means all of them.
     pub solo: Vec<usize>,
+    /// A `.cube` table that codes go through before they are shown, as a display; it reads and gives sRGB codes. Channels,
+    /// false colours and differences are shown as they are.
+    pub table: Option<PathBuf>,
     /// Something is being dragged: a picture that is soon there is better than a sharp one.
     pub dragged: bool,
     /// The window draws textures of the GPU that pictures are made on, and needs nothing else until the picture
@@ -122,7 +126,18 @@ impl PreviewInputs {
             && Arc::ptr_eq(&self.predicted, &other.predicted)
             && olats(self) == olats(other)
             && Arc::ptr_eq(&mine.environment, &theirs.environment)
-            && (&mine.scene, &mine.solo, &mine.first, &mine.second)
-                == (&theirs.scene, &theirs.solo, &theirs.first, &theirs.second)
+            && (
+                &mine.scene,
+                &mine.solo,
+                &mine.first,
+                &mine.second,
+                &mine.table,
+            ) == (
+                &theirs.scene,
+                &theirs.solo,
+                &theirs.first,
+                &theirs.second,
+                &theirs.table,
+            )
     }
 }

@@ -10,12 +10,13 @@ use base::error::Result;
 use compositor::{
     EnvironmentLight, Extra, Identity, Ingredients, Series, ShownPicture, Upstream, difference,
 };
-use imaging::Encoded;
+use imaging::{Cube, Encoded};
 use light::Rig;
 use scene::{Background, Inspection, Scene};
 use std::collections::HashSet;
+use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 /// What is known of the shoot.
 pub(super) struct PreviewMaker {
@@ -31,6 +32,7 @@ pub(super) struct PreviewMaker {
     identity: Identity,
     series: Series,
     resolution: AdaptiveResolution,
+    table: ViewTable,
     /// The last picture, if it is on the GPU alone.
     unread: Option<(ShownPicture, PreviewPicture)>,
 }
@@ -47,6 +49,7 @@ impl PreviewMaker {
             identity: Identity::default(),
             series: Series::default(),
             resolution: AdaptiveResolution::within(budget_ms),
+            table: ViewTable::default(),
             unread: None,
         }
     }
@@ -111,7 +114,7 @@ impl PreviewMaker {
             rig: &self.rig,
             reference,
         };
-        let [mut first, second] = compared(&relit, inputs, &mut self.comparison_lights)?;
+        let [mut first, mut second] = compared(&relit, inputs, &mut self.comparison_lights)?;
         if solo.is_some() {
             scene.background = Background::None;
         }
@@ -136,7 +139,8 @@ impl PreviewMaker {
             (&scene, &of),
             (predicted, inputs.coarse),
         )?;
-        if inputs.in_memory {
+        let table = self.table.of(request)?;
+        if inputs.in_memory || table.is_some() {
             shown.read()?;
         }
         self.resolution
@@ -145,6 +149,15 @@ impl PreviewMaker {
             (scene.effects.inspection, &mut first, &second)
         {
             difference(first, second, gain)?;
+        }
+        if let Some(table) = table {
+            let pictures = [
+                shown.picture.display.as_mut(),
+                first.as_mut(),
+                second.as_mut(),
+            ];
+            (pictures.into_iter().flatten()).for_each(|codes| table.apply_to(codes));
+            shown.texture = None;
         }
         let (width, height) = predicted.size();
         let codes = |picture: Option<Encoded>| picture.as_ref().map(SrgbPicture::of);
@@ -226,6 +239,25 @@ fn compose(
     let mut stand_in = series.compose_stand_in(scene, plate, &of, reuse)?;
     stand_in.linear = None;
     Ok((coarse, ShownPicture::in_memory(stand_in)))
+}
+
+/// The table that codes go through before they are shown: read again when its file changes.
+#[derive(Default)]
+struct ViewTable(Option<(PathBuf, Option<SystemTime>, Cube)>);
+
+impl ViewTable {
+    fn of(&mut self, request: &PreviewRequest) -> Result<Option<&Cube>> {
+        let is_picture = request.scene.effects.inspection == Inspection::Picture;
+        let Some(path) = request.table.as_ref().filter(|_| is_picture) else {
+            return Ok(None);
+        };
+        let changed = path.metadata().and_then(|file| file.modified()).ok();
+        let known = |(of, at, _): &(PathBuf, _, _)| of == path && *at == changed;
+        if !self.0.as_ref().is_some_and(known) {
+            self.0 = Some((path.clone(), changed, Cube::read(path)?));
+        }
+        Ok(self.0.as_ref().map(|(_, _, table)| table))
+    }
 }
 
 /// The two pictures that are compared, as far as all that they are made of is in memory.

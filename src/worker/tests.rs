@@ -4,7 +4,7 @@ use imaging::{Image, Mask};
 use light::{Environment, Lamp, Rig};
 use reflectance::ReflectanceField;
 use scene::{Background, Inspection, Output, Scene};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
@@ -77,6 +77,7 @@ pub(crate) fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) ->
         first: None,
         second: None,
         solo: Vec::new(),
+        table: None,
         dragged: false,
         texture: false,
     }
@@ -587,3 +588,52 @@ mod lost_tests;
 
 #[path = "panic_tests.rs"]
 mod panic_tests;
+
+#[test]
+fn pictures_are_shown_through_a_table_and_inspected_without() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("negative.cube");
+    std::fs::write(&table, "LUT_1D_SIZE 2\n1 1 1\n0 0 0\n").unwrap();
+    let (worker, go, _begun) = slow_worker();
+    go.send(()).unwrap();
+    let light = from_the_left();
+    worker.show(ask(0, 0.0, &light));
+    let plain = wait_for(|| worker.relit());
+    let through = |table: &Path, inspection| {
+        let mut request = ask(0, 0.0, &light);
+        request.scene.effects.inspection = inspection;
+        worker.show(PreviewRequest {
+            table: Some(table.to_owned()),
+            ..request
+        });
+    };
+    through(&table, Inspection::Picture);
+    let negative = wait_for(|| worker.relit().filter(|relit| relit.rgb != plain.rgb));
+    let pairs = plain.rgb.iter().zip(&negative.rgb);
+    assert!(negative.texture.is_none());
+    assert!(pairs.clone().all(|(a, b)| (a.abs_diff(255 - b)) <= 1));
+    // A file that changes is read again.
+    std::fs::write(&table, "LUT_1D_SIZE 2\n0 0 0\n0.5 0.5 0.5\n").unwrap();
+    let later = std::time::SystemTime::now() + Duration::from_secs(5);
+    let file = std::fs::File::options().write(true).open(&table).unwrap();
+    file.set_modified(later).unwrap();
+    worker.show(ask(0, 1.0, &light));
+    wait_for(|| worker.relit().filter(|relit| relit.scene.yaw_deg == 1.0));
+    through(&table, Inspection::Picture);
+    let dark = wait_for(|| worker.relit().filter(|relit| relit.scene.yaw_deg == 0.0));
+    assert!(dark.rgb[0].abs_diff(plain.rgb[0] / 2) <= 1);
+    let luminance = Inspection::Channel(scene::Channel::Luminance);
+    through(&table, luminance);
+    let inspected = |relit: &Arc<PreviewPicture>| relit.scene.effects.inspection == luminance;
+    let inspected = wait_for(|| worker.relit().filter(inspected));
+    assert_eq!(inspected.rgb[0], plain.rgb[0]);
+    through(&folder.path().join("gone.cube"), Inspection::Picture);
+    let said = wait_for(|| {
+        let events = worker.events();
+        events.into_iter().find_map(|event| match event {
+            Event::Failed { sentence } => Some(sentence),
+            _ => None,
+        })
+    });
+    assert!(said.contains("gone.cube"), "{said}");
+}

@@ -568,3 +568,36 @@ fn work_that_ends_while_the_window_is_in_the_background_asks_for_a_look() {
         assert_eq!(asked, !focused);
     }
 }
+
+#[test]
+fn the_picture_is_shown_through_a_look_up_table_and_without_it_again() {
+    let (mut window, root, _folder) = opened();
+    std::fs::write(
+        root.join("night.cube"),
+        "LUT_1D_SIZE 2\n0 0 0\n0.3 0.4 0.6\n",
+    )
+    .unwrap();
+    let codes = |window: &Window| window.state().relit().unwrap().rgb.clone();
+    let plain = codes(&window);
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::TextInput, "LUT").click();
+    window.run_steps(2);
+    retype(&mut window, "night.cube");
+    window.get_by_label("show it").click();
+    window.run_steps(2);
+    until(&mut window, "picture through the table", |app| {
+        app.relit().is_some_and(|relit| relit.rgb != plain)
+    });
+    let brightest = |rgb: &[u8]| *rgb.iter().max().unwrap();
+    assert!(brightest(&codes(&window)) <= 153, "0.6 of white");
+    // It stays while one works elsewhere, and is taken away there.
+    window.get_by_label("Workspace Relight").click();
+    window.run_steps(2);
+    window.get_by_label("LUT night.cube ×").click();
+    window.run_steps(2);
+    until(&mut window, "picture without the table", |app| {
+        app.relit().is_some_and(|relit| relit.rgb == plain)
+    });
+    assert!(window.query_by_label("LUT night.cube ×").is_none());
+}

@@ -198,7 +198,7 @@ fn every_control_of_every_workspace_pane_menu_and_dialog_has_a_name() {
     open(&mut window, Pane::Project);
     window.get_by_label("New project…").click();
     window.run_steps(3);
-    window.get_by_label("Choose the shoot's folder first");
+    window.get_by_label_contains("Choose the shoot's folder, or bring its parts");
     named_controls(&window);
 }
 

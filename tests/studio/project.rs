@@ -246,7 +246,7 @@ fn an_empty_window_offers_the_ways_to_a_project() {
     snapshot(&mut window, "studio_project_empty");
     window.get_by_label("New project…").click();
     window.run();
-    window.get_by_label("Choose the shoot's folder first");
+    window.get_by_label_contains("Choose the shoot's folder, or bring its parts");
 }
 
 #[test]

@@ -6,6 +6,7 @@ use crate::state::State;
 use crate::status::Status;
 use egui::Context;
 use scene::Scene;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use worker::{Comparison, Origin, PreviewPicture, PreviewRequest, Worker};
@@ -28,6 +29,7 @@ struct PictureRequest {
     environment: Origin,
     compared: [Option<Comparison>; 2],
     solo: Vec<usize>,
+    table: Option<PathBuf>,
 }
 
 /// What may be left out while the picture changes.
@@ -64,10 +66,10 @@ impl Preview {
     }
 
     /// Asks for the picture that the state calls for, if it changed and its environment is loaded. `shown` are the
-    /// visible panes.
+    /// visible panes, `root` is the project's folder.
     pub fn ask(
         &mut self,
-        worker: &Worker,
+        (worker, root): (&Worker, Option<&Path>),
         shown: &[Pane],
         library: &EnvironmentLibrary,
         state: &State,
@@ -84,6 +86,7 @@ impl Preview {
             environment: entry.listed.origin.clone(),
             compared: (state.compare).pictures(&state.look, |origin| library.environment(origin)),
             solo: state.solo.clone(),
+            table: root.and_then(|root| state.export_options.shown_table(root)),
         };
         let dragged = state.is_dragged();
         let shortcuts = Shortcuts {
@@ -107,6 +110,7 @@ impl Preview {
                 first,
                 second,
                 solo: request.solo.clone(),
+                table: request.table.clone(),
                 dragged,
                 texture: shortcuts.texture,
             });

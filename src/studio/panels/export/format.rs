@@ -2,7 +2,7 @@
 
 use super::choice_ui;
 use crate::export_options::ExportOptions;
-use egui::{ComboBox, TextEdit, Ui, WidgetText};
+use egui::{Checkbox, ComboBox, TextEdit, Ui, WidgetText};
 use export::{Codec, ExrAlpha, ExrCompression, Format, LayerFiles, OutputSpace, Samples};
 
 /// Width of a list in points.
@@ -173,12 +173,17 @@ fn space_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.end_row();
     if !is_linear {
         let label = ui.label("LUT");
-        let field = TextEdit::singleline(&mut options.table)
-            .hint_text("none; a .cube file")
-            .desired_width(200.0);
-        ui.add(field).labelled_by(label.id).on_hover_text(
-            "A look-up table that is baked into the files: it reads and gives sRGB codes. Relative to the project's folder, or a full path.",
-        );
+        ui.horizontal(|ui| {
+            let field = TextEdit::singleline(&mut options.table)
+                .hint_text("none; a .cube file")
+                .desired_width(130.0);
+            ui.add(field).labelled_by(label.id).on_hover_text(
+                "A look-up table that is baked into the files: it reads and gives sRGB codes. Relative to the project's folder, or a full path.",
+            );
+            let named = !options.table.trim().is_empty();
+            ui.add_enabled(named, Checkbox::new(&mut options.show_table, "show it"))
+                .on_hover_text("Show the picture through the table, here and in the other workspaces");
+        });
         ui.end_row();
     }
 }

@@ -1,7 +1,10 @@
 //! The bar above the picture: comparison, zoom, channels and the pixel under the cursor.
 
-use crate::command::{Command, Dialog, LookCommand, TrainingCommand, ViewCommand, WindowCommand};
+use crate::command::{
+    Command, Dialog, ExportCommand, LookCommand, TrainingCommand, ViewCommand, WindowCommand,
+};
 use crate::comparison::{CompareMode, CompareSettings, Reference};
+use crate::export_options::ExportOptions;
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::picture::SHOWN;
@@ -54,6 +57,7 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
             if let Some(&lamp) = context.state.solo.first() {
                 solo_ui(ui, lamp, context, out);
             }
+            table_ui(ui, context, out);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let hint = "One pixel of the picture on one pixel of the screen. Key: 1";
                 if ui.button("1:1").on_hover_text(hint).clicked() {
@@ -271,6 +275,25 @@ fn solo_ui(ui: &mut Ui, lamp: usize, context: &PanelContext, out: &mut Vec<Comma
     let hint = "Back to the environment. Page Up and Page Down go through the lamps.";
     if ui.add(back).on_hover_text(hint).clicked() {
         out.push(Command::View(ViewCommand::Solo(None)));
+    }
+}
+
+/// The look-up table that the picture is shown through, as a button that takes it away.
+fn table_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let options = &context.state.export_options;
+    let root = context.project.map(|project| &project.root);
+    let Some(table) = root.and_then(|root| options.shown_table(root)) else {
+        return;
+    };
+    let name = table.file_name().unwrap_or_default().to_string_lossy();
+    let back = Button::new(RichText::new(format!("LUT {name} ×")).color(theme::ACCENT));
+    let hint = "Show the picture without the table. Export says whether one is baked in.";
+    if ui.add(back).on_hover_text(hint).clicked() {
+        let options = ExportOptions {
+            show_table: false,
+            ..options.clone()
+        };
+        out.push(Command::Export(ExportCommand::Options(Box::new(options))));
     }
 }
 
