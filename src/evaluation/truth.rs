@@ -12,7 +12,7 @@ use base::error::{Error, Result};
 use footage::{PictureSize, cut_picture, dimensions};
 use imaging::resample::{resize, resize_area};
 use imaging::{Image, file};
-use project::{Framing, NamedEnvironment, Project};
+use project::{Framing, Framings, NamedEnvironment, Project};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -21,8 +21,9 @@ use std::path::{Path, PathBuf};
 pub struct Truth {
     folder: PathBuf,
     size: usize,
-    /// The square of the interview's frames that the network sees.
-    framing: Framing,
+    framings: Framings,
+    /// The square of the interview's frames that the network sees; None if there is no frame.
+    framing: Option<Framing>,
     frame_names: Vec<String>,
     lamps: Vec<String>,
     /// Frames of the project with relit truth, ascending.
@@ -35,7 +36,7 @@ impl Truth {
     /// Finds the truth for `project` in `folder`: the `truth` folder itself or the shoot that has one.
     ///
     /// # Errors
-    /// When there is no truth, the first frame cannot be read, or a frame is relit under one environment and not under another.
+    /// When there is no truth, or a frame is relit under one environment and not under another.
     pub fn open(project: &Project, folder: &Path) -> Result<Self> {
         let shoot = &project.settings.shoot;
         let inside = folder.join("truth");
@@ -46,7 +47,11 @@ impl Truth {
                 folder.to_path_buf()
             },
             size: project.settings.size,
-            framing: (project.settings.framing).of(dimensions(&project.frame_picture(0))?),
+            framing: (!shoot.frames.is_empty())
+                .then(|| dimensions(&project.frame_picture(0)).ok())
+                .flatten()
+                .map(|size| project.settings.framing.of(size)),
+            framings: project.settings.framing.clone(),
             frame_names: shoot.frames.names().map(Into::into).collect(),
             lamps: shoot.lamps.clone(),
             frames: Vec::new(),
@@ -155,13 +160,20 @@ impl Truth {
 
     /// The square that the network sees.
     fn square(&self, truth: Image) -> Image {
-        let [width, height] = self.framing.source;
-        if truth.width * height != truth.height * width {
-            return cut_picture(truth.clone(), &Framing::largest(truth.size()));
-        }
-        match self.framing.scaled(truth.size()) {
+        let same_shape = |framing: &Framing| {
+            let [width, height] = framing.source;
+            truth.width * height == truth.height * width
+        };
+        let Some(framing) = self.framing.filter(same_shape) else {
+            let framing = self.framings.of(truth.size());
+            return cut_picture(truth, &framing);
+        };
+        match framing.scaled(truth.size()) {
             Some(framing) => cut_picture(truth, &framing),
-            None => cut_picture(resize(&truth, width, height), &self.framing),
+            None => {
+                let [width, height] = framing.source;
+                cut_picture(resize(&truth, width, height), &framing)
+            }
         }
     }
 }

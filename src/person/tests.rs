@@ -61,7 +61,7 @@ fn it_says_what_mediapipe_said_of_a_drawn_person() {
 
 #[test]
 fn it_says_what_mediapipe_says() {
-    let Some(python) = test_support::python(&["mediapipe", "cv2"]) else {
+    let Some(python) = test_support::mediapipe() else {
         return;
     };
     let script = test_support::repository("tests/peers/person.py");

@@ -25,6 +25,8 @@ pub enum Need {
     Ffmpeg,
     /// A Python interpreter with PyTorch and the other peers.
     Python,
+    /// MediaPipe in that interpreter; it does not go together with all other peers.
+    Mediapipe,
     /// The processor's tile registers.
     Amx,
     /// The right to mount a small disk.
@@ -37,13 +39,14 @@ pub enum Need {
 
 impl Need {
     /// All of them.
-    const ALL: [Self; 10] = [
+    const ALL: [Self; 11] = [
         Self::SharedData,
         Self::Gpu,
         Self::GpuF16,
         Self::GpuClock,
         Self::Ffmpeg,
         Self::Python,
+        Self::Mediapipe,
         Self::Amx,
         Self::SmallDisk,
         Self::Pfspanoramic,
@@ -59,6 +62,7 @@ impl Need {
             Self::GpuClock => "gpu clock",
             Self::Ffmpeg => "ffmpeg",
             Self::Python => "python",
+            Self::Mediapipe => "mediapipe",
             Self::Amx => "amx",
             Self::SmallDisk => "small disk",
             Self::Pfspanoramic => "pfspanoramic",

@@ -21,6 +21,11 @@ pub fn python(modules: &[&str]) -> Option<PathBuf> {
     found(Need::Python, interpreter(modules))
 }
 
+/// The same interpreter, if it has MediaPipe; otherwise the test returns.
+pub fn mediapipe() -> Option<PathBuf> {
+    found(Need::Mediapipe, interpreter(&["mediapipe", "cv2"]))
+}
+
 fn interpreter(modules: &[&str]) -> Result<PathBuf, String> {
     let python = std::env::var_os("AFTERLIGHT_PYTHON").filter(|python| !python.is_empty());
     let python = python.ok_or("AFTERLIGHT_PYTHON names no interpreter; `make peers` makes one")?;
