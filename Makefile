@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes bench-plate weights trials starter demo-interview screenshots clean-demo
+.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes bench-plate weights accuracy trials starter demo-interview screenshots clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -80,6 +80,15 @@ bench-plate:
 weights:
 	$(CARGO) run --locked -p afterlight-weights
 
+# Measures shoots with a truth and writes docs/accuracy.md with all its tables and plots. A run that was stopped goes on;
+# BUDGET is the minutes of training for each shoot, for all of its networks and seeds. LADDER=no writes the page with the
+# rungs that are there.
+BUDGET ?= 90
+accuracy: build
+	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
+		$(CARGO) run --locked -p afterlight-accuracy -- --budget $(BUDGET) --program $(AFTERLIGHT) \
+		$(addprefix --shoot ,$(SHOOTS)) $(if $(filter no,$(LADDER)),--no-ladder)
+
 # Calibrates shoots drawn at random and writes docs/robustness.md with how right, and how honest, that was. A run that was
 # stopped goes on; FRESH=1 calibrates again, FRESH=shoots makes the shoots again too. Some twenty seconds for each of the
 # TRIALS, two of them for the calibration; NETWORKS=8 also trains two networks on each of the first eight shoots, some
@@ -99,6 +108,11 @@ starter: build
 	$(AFTERLIGHT) calibrate target/starter/project
 	$(AFTERLIGHT) train target/starter/project --fresh --preset quick --exclude-truth target/starter/shoot
 	$(AFTERLIGHT) pack target/starter/project --to assets/starter
+
+# Trains the network that others start from, on virtual subjects alone, which it makes first: half an hour on two cores.
+.PHONY: start
+start:
+	$(CARGO) run --locked -p afterlight-start
 
 # Traces the demo's interview, which comes with the program: some minutes. The stage's test says when it has to be made again.
 demo-interview: build setup

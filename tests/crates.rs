@@ -42,7 +42,7 @@ fn the_window_alone_knows_egui() {
 fn burn_stays_with_the_network_its_training_and_its_device() {
     assert_eq!(
         who_knows(&["burn", "cubecl"]),
-        ["gpu", "person", "reflectance", "training"]
+        ["gpu", "person", "reflectance", "rivals", "training"]
     );
 }
 

@@ -20,6 +20,8 @@ mod footage;
 mod keyframes;
 #[path = "studio/live.rs"]
 mod live;
+#[path = "studio/machine.rs"]
+mod machine;
 #[path = "studio/on_gpu.rs"]
 mod on_gpu;
 #[path = "studio/project.rs"]
@@ -771,4 +773,20 @@ fn vulkan_adapter() -> bool {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapters = instance.enumerate_adapters(wgpu::Backends::VULKAN);
     !pollster::block_on(adapters).is_empty()
+}
+
+/// Runs the named test of this program once more, alone in a process of its own. True in that process, where the test goes on.
+fn alone(test: &str, variables: &[(&str, &str)]) -> bool {
+    const ALONE: &str = "AFTERLIGHT_ALONE";
+    if std::env::var_os(ALONE).is_some() {
+        return true;
+    }
+    let own = std::env::current_exe().unwrap();
+    let mut command = std::process::Command::new(own);
+    command
+        .args(["--exact", test, "--nocapture"])
+        .env(ALONE, "1");
+    let done = command.envs(variables.iter().copied()).status().unwrap();
+    assert!(done.success(), "{test}: {done}");
+    false
 }

@@ -3,13 +3,16 @@
 use afterlight::calibration::Calibration;
 use afterlight::footage::Frame;
 use afterlight::gpu::DeviceChoice;
+use afterlight::imaging::Raster;
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, CheckpointInfo};
 use afterlight::reflectance::{
     Formulation, Normalization, Predictor, ReflectanceField, Statistics,
 };
-use afterlight::training::{History, Preset, TrainSettings, TrainingConfig, checkpoints, train};
+use afterlight::training::{
+    History, Preset, StartsFrom, TrainSettings, TrainingConfig, checkpoints, train,
+};
 use burn::tensor::Device;
 use std::path::Path;
 use std::process::Stdio;
@@ -570,4 +573,71 @@ fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
         .unwrap_err()
         .to_string();
     assert!(refused.contains("--fresh"), "{refused}");
+}
+
+/// The mean change of a prediction's light when a frame is moved by two pixels to the right.
+fn moved_change(project: &Project, calibration: &Calibration) -> f32 {
+    let frame = Frame::load(project, &calibration.response, 3).unwrap();
+    let (w, h) = frame.mask.size();
+    let from = |x: usize| x.checked_sub(2);
+    let moved = Frame {
+        index: frame.index,
+        plate: Raster::from_fn(w, h, |x, y| {
+            from(x).map_or([0.0; 3], |x| frame.plate.at(x, y))
+        }),
+        mask: Raster::from_fn(w, h, |x, y| from(x).map_or(0.0, |x| frame.mask.at(x, y))),
+    };
+    let predictor = Predictor::open(project, &Device::flex()).unwrap();
+    let [still, moved] = [&frame, &moved].map(|frame| predictor.predict(frame).unwrap());
+    let (mut change, mut light) = (0.0, 0.0);
+    for lamp in 0..still.lamps {
+        let (still, moved) = (still.olat(lamp), moved.olat(lamp));
+        for (y, x) in (0..h).flat_map(|y| (0..w - 2).map(move |x| (y, x))) {
+            let (a, b) = (still.at(x, y), moved.at(x + 2, y));
+            for c in 0..3 {
+                change += frame.mask.at(x, y) * (a[c] - b[c]).abs();
+                light += frame.mask.at(x, y) * a[c];
+            }
+        }
+    }
+    change / light
+}
+
+#[test]
+fn steadiness_makes_light_depend_less_on_where_the_subject_is() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let [free, steady] = [0.0, 20.0].map(|steadiness| {
+        let (project, calibration) = project(folder.path(), &format!("{steadiness}"));
+        let config = TrainingConfig {
+            epochs: 30,
+            steadiness,
+            ..small()
+        };
+        run(&project, &calibration, config);
+        moved_change(&project, &calibration)
+    });
+    assert!(steady < 0.8 * free, "{steady} with, {free} without");
+}
+
+#[test]
+fn a_network_that_starts_from_virtual_subjects_learns_faster() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let shoot = TestShoot {
+        frames: 4,
+        lamps: 9,
+        ..TestShoot::default()
+    };
+    let losses = [StartsFrom::Nothing, StartsFrom::VirtualSubjects].map(|start| {
+        let (project, calibration) = shoot.calibrate(folder.path(), format!("{start:?}"));
+        let config = TrainingConfig {
+            start,
+            epochs: 10,
+            minutes: None,
+            ..Preset::Quick.config()
+        };
+        run(&project, &calibration, config).loss_rec
+    });
+    assert!(losses[1] < 0.8 * losses[0], "{losses:?}");
 }

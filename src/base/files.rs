@@ -33,6 +33,21 @@ pub fn open(path: &Path) -> io::Result<File> {
     }
 }
 
+/// A path as a person reads it: without `.`, and without folders that `..` leaves again. It may lead elsewhere where links are
+/// on its way, so it is for reading alone.
+pub fn shown(path: &Path) -> String {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        let is_left = matches!(plain.components().next_back(), Some(Component::Normal(_)));
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if is_left => drop(plain.pop()),
+            part => plain.push(part),
+        }
+    }
+    plain.display().to_string()
+}
+
 /// Opens one of the program's own files, to read or write it.
 ///
 /// # Errors
@@ -235,6 +250,19 @@ fn unfinished(folder: &Path) -> Vec<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_path_is_read_without_detours() {
+        for (path, read) in [
+            ("/film/project/../shoot/", "/film/shoot"),
+            ("film/./a.exr", "film/a.exr"),
+            ("../shoot/x/../../y", "../y"),
+            ("/..", "/.."),
+            ("..", ".."),
+        ] {
+            assert_eq!(shown(Path::new(path)), read, "{path}");
+        }
+    }
 
     #[test]
     fn a_failed_write_leaves_the_old_file_and_nothing_else() {

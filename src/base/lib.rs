@@ -1,8 +1,9 @@
-//! What every other crate needs: errors as sentences, files written whole, progress, turns at the device, and
+//! What every other crate needs: errors as sentences, files written whole, progress, turns at the device, the machine and
 //! the process's memory.
 
 pub mod error;
 pub mod files;
+pub mod machine;
 pub mod memory;
 pub mod numbers;
 pub mod progress;

@@ -23,11 +23,23 @@ pub fn keep_freed() {
 
 /// Bytes of memory that the process holds now; None if the system does not say.
 pub fn held() -> Option<u64> {
-    // proc(5): "VmRSS", in units of 1024 bytes.
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmRSS:"))?;
+    read("/proc/self/status", "VmRSS:")
+}
+
+/// Bytes of memory that the process has held at most; None if the system does not say.
+pub fn peak() -> Option<u64> {
+    read("/proc/self/status", "VmHWM:")
+}
+
+/// Bytes of memory that programs can still take without driving others out; None if the system does not say.
+pub fn available() -> Option<u64> {
+    read("/proc/meminfo", "MemAvailable:")
+}
+
+/// A line of proc(5) in units of 1024 bytes.
+fn read(path: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(path).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kibibytes: u64 = line.trim().strip_suffix(" kB")?.trim().parse().ok()?;
     Some(1024 * kibibytes)
 }
@@ -41,5 +53,9 @@ mod tests {
         let held = super::held().unwrap();
         assert!((64 << 20..1 << 40).contains(&held), "{held}");
         drop(block);
+        let (peak, available) = (super::peak().unwrap(), super::available().unwrap());
+        // The system counts in steps of some pages, so the peak may lie a little below what was held.
+        assert!((64 << 20..1 << 40).contains(&peak), "{peak}");
+        assert!((1 << 20..1 << 50).contains(&available), "{available}");
     }
 }

@@ -276,7 +276,7 @@ fn rig_findings(
     Ok(found)
 }
 
-/// Chooses `count` of the project's lamps, evenly distributed, for the network to learn, in memory and on disk. The
+/// Chooses `count` of the project's lamps, evenly distributed, for the network to learn; the caller saves the project. The
 /// calibration still uses the others. Lamps that the balls do not show are not chosen.
 ///
 /// # Errors
@@ -308,7 +308,6 @@ pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> R
     if !shoot.lamp_layout.is_empty() {
         shoot.lamp_layout = order.iter().map(|&i| shoot.lamp_layout[i]).collect();
     }
-    project.save()?;
     Ok(subset)
 }
 
@@ -320,6 +319,12 @@ impl Calibration {
     pub fn load(project: &Project) -> Result<Self> {
         const REMEDY: &str = "Run `afterlight calibrate` on the project";
         let path = project.calibration_path();
+        if !path.exists() {
+            return Err(Error::missing(
+                format!("{} is not calibrated yet", project.settings.name),
+                "Calibrate it first: `afterlight calibrate`, or the workspace Calibrate",
+            ));
+        }
         let text = read_sealed(&path, REMEDY)?;
         let calibration: Self =
             toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;

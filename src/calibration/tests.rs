@@ -194,6 +194,7 @@ fn lamps_that_the_network_does_not_learn_serve_the_calibration() {
     let all = calibrate(&mut project, &CalibrateSettings::default(), &silent).unwrap();
     let learnt = dome().len() / 2;
     let subset = keep_lamps(&mut project, learnt, &silent).unwrap();
+    project.save().unwrap();
     assert_eq!(Project::open(folder.path()).unwrap(), project);
     let error = Calibration::load(&project).unwrap_err().to_string();
     assert!(error.contains("afterlight calibrate"), "{error}");

@@ -1,9 +1,12 @@
 //! The command line. Each command reads its arguments, runs one action of the library with a
 //! progress bar on stderr, and prints its figures: sentences, or with `--json` one object.
 
+mod blind;
 mod check;
 mod checkpoints;
+mod confidence;
 mod console;
+mod device;
 mod environments;
 mod frame;
 mod matte;
@@ -11,14 +14,18 @@ mod parse;
 mod probe;
 mod relight;
 mod review;
+mod tradeoff;
 mod train;
 
 use base::error::Result;
+use blind::BlindArgs;
 use calibration::CalibrateSettings;
 use check::CheckArgs;
 use checkpoints::CheckpointsArgs;
 use clap::{Args, Parser, Subcommand};
+use confidence::ConfidenceArgs;
 use console::Console;
+use device::MachineArgs;
 use environments::EnvironmentsArgs;
 use evaluation::EvaluateSettings;
 use footage::ImportSettings;
@@ -32,6 +39,7 @@ use relight::RelightArgs;
 use review::ReviewArgs;
 use std::path::{Path, PathBuf};
 use studio;
+use tradeoff::TradeoffArgs;
 use train::TrainArgs;
 use virtual_stage::StageSettings;
 use worker::Job;
@@ -65,6 +73,10 @@ enum Command {
     Relight(Box<RelightArgs>),
     Evaluate(EvaluateArgs),
     Review(ReviewArgs),
+    Blind(BlindArgs),
+    Confidence(ConfidenceArgs),
+    Tradeoff(TradeoffArgs),
+    Device(MachineArgs),
     Studio(StudioArgs),
     Demo(DemoArgs),
     Pack(PackArgs),
@@ -197,6 +209,8 @@ impl Cli {
             Some(Command::Stage(args)) => args.settings.check(),
             Some(Command::Import(args)) => project::check_size(args.settings.size),
             Some(Command::Train(args)) => args.config().map(drop),
+            Some(Command::Tradeoff(args)) => args.check(),
+            Some(Command::Device(args)) => args.check(),
             _ => Ok(()),
         }
     }
@@ -257,6 +271,10 @@ impl Cli {
                 }),
             ),
             Command::Review(args) => do_job(args.output, Ok(args.job())),
+            Command::Blind(args) => do_job(args.output, Ok(args.job())),
+            Command::Confidence(args) => do_job(args.output, Ok(args.job())),
+            Command::Tradeoff(args) => do_job(args.output, Ok(args.job())),
+            Command::Device(args) => args.run(),
             Command::Demo(args) => do_job(
                 args.output,
                 Ok(Job::Demo {

@@ -158,7 +158,7 @@ impl PassContext<'_> {
 }
 
 /// Why a pass is skipped.
-pub(crate) const NOT_ASKED: &str = "the scene does not ask for it";
+pub(crate) const NOT_ASKED: &str = "off";
 pub(crate) const NO_BACKGROUND: &str = "the scene asks for no background";
 const LINEAR: &str = "the output stays linear";
 

@@ -1,7 +1,7 @@
 //! Which passes a scene calls for, and why. The plan is data: it can be shown, tested and overruled.
 
 use super::PASSES;
-use super::descriptor::{PassContext, PlannedPass, Run};
+use super::descriptor::{NOT_ASKED, PassContext, PlannedPass, Run};
 use super::facts::{Facts, key};
 use scene::{Pass, Scene};
 
@@ -21,6 +21,9 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
         let (run, reason) = match (forced.filter(|_| fixed.is_none()), decision) {
             (None, Ok(reason)) => (true, reason),
             (None, Err(reason)) => (false, reason),
+            (Some(true), Err(reason)) if reason == NOT_ASKED => {
+                (true, "forced; nothing asks for it".to_owned())
+            }
             (Some(true), Ok(reason) | Err(reason)) => (true, format!("forced; {reason}")),
             // Whether it would be called for was not measured.
             (Some(false), _) => (false, "forced off".to_owned()),

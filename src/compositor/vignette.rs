@@ -139,7 +139,7 @@ mod tests {
     fn it_runs_where_it_is_asked_for_and_else_says_why_not() {
         let off = Effects::default();
         let plain = with(off);
-        assert_eq!(report(&plain), (false, "the scene does not ask for it"));
+        assert_eq!(report(&plain), (false, "off"));
         let dark = with(Effects {
             vignette: 0.5,
             ..off
@@ -203,7 +203,7 @@ mod tests {
         };
         let plain = with(Effects::default());
         let on = forced(0.0, true);
-        assert_eq!(report(&on), (true, "forced; the scene does not ask for it"));
+        assert_eq!(report(&on), (true, "forced; nothing asks for it"));
         assert_eq!((&on.linear, &on.display), (&plain.linear, &plain.display));
         let off = forced(0.9, false);
         assert_eq!(report(&off), (false, "forced off"));

@@ -1,5 +1,6 @@
 //! Scores of a method against the truth.
 
+use super::exemplars::Nearest;
 use super::metrics::{Compared, Psnr, psnr};
 use super::truth::Truth;
 use base::error::{Error, Result};
@@ -8,7 +9,7 @@ use calibration::Calibration;
 use clap::ValueEnum;
 use compositor::Plate;
 use compositor::reference::{extend_edges, lit_lamps, relight};
-use footage::{Exemplar, Frame, PictureSize};
+use footage::{Frame, PictureSize};
 use imaging::resample::resize_area;
 use imaging::{Image, Mask};
 use light::weights::{Partition, Weighting};
@@ -16,6 +17,7 @@ use project::Project;
 use reflectance::ReflectanceField;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 /// Where the reflectance field of a frame comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -29,6 +31,37 @@ pub enum Method {
     Nearest,
     /// That pose times frame / pose, both under the interview's light.
     Ratio,
+    /// The same, of the pose as nine lights of low order would have recorded it (spherical harmonics, Fyffe 2011).
+    Harmonics,
+    /// Few-shot patch-based training (Texler 2020): the poses, relit, are keyframes. It learns when it is evaluated.
+    Texler,
+    /// Single image portrait relighting (Sun 2019), trained on the poses. It learns when it is evaluated.
+    Sun,
+}
+
+impl Method {
+    /// Whether it learns when it is evaluated.
+    pub fn learns(self) -> bool {
+        matches!(self, Self::Texler | Self::Sun)
+    }
+}
+
+/// What a method makes of a frame.
+pub enum Predicted {
+    /// Its OLATs, of which all else is summed.
+    Field(ReflectanceField),
+    /// The pictures themselves.
+    Pictures(Pictures),
+}
+
+/// Pictures of a frame, linear, at the working size.
+pub struct Pictures {
+    /// Environment → the frame under it.
+    pub relit: BTreeMap<String, Image>,
+    /// The frame under each lamp, if it was asked for.
+    pub olats: Option<Vec<Image>>,
+    /// Milliseconds that one relit picture took.
+    pub picture_ms: f64,
 }
 
 /// How close a method comes to the truth.
@@ -50,6 +83,9 @@ pub struct Scores {
     pub olat_psnr_by_frame_db: BTreeMap<usize, f64>,
     /// Frame → PSNR of the OLAT of each lamp, at the frame's exposure.
     pub olat_psnr_by_lamp_db: BTreeMap<usize, Vec<f64>>,
+    /// Median time in milliseconds in which the method makes a frame's OLATs; of one that makes none, a relit picture.
+    #[serde(default)]
+    pub frame_ms: Option<f64>,
 }
 
 /// What scores without that entry were measured at.
@@ -90,7 +126,8 @@ pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Resu
 }
 
 /// Scores `method` under the shoot's environments, with pictures as large as `at` says. There the true OLATs are summed at
-/// that size, all else at the working size. `predict` is called only for [`Method::Network`].
+/// that size, all else at the working size. `predict` is called only for [`Method::Network`] and those that
+/// [learn](Method::learns), with whether the frame's OLATs are compared.
 ///
 /// # Errors
 /// When a picture cannot be read, `predict` fails, or the method has no truth to work with.
@@ -100,23 +137,10 @@ pub fn score(
     truth: &Truth,
     weighting: Weighting,
     (method, at): (Method, PictureSize),
-    predict: &mut dyn FnMut(&Frame) -> Result<ReflectanceField>,
+    predict: &mut dyn FnMut(&Frame, bool) -> Result<Predicted>,
     progress: &Progress,
 ) -> Result<Scores> {
-    let partition = Partition::of(weighting, &calibration.rig);
-    let weights = truth
-        .environments
-        .iter()
-        .map(|named| {
-            let environment = light::panorama::load(&project.shoot_path(&named.file))?;
-            Ok((
-                named.name.clone(),
-                partition
-                    .weights(&environment, named.front().turned(0.0))
-                    .per_lamp,
-            ))
-        })
-        .collect::<Result<_>>()?;
+    let weights = truth_weights(project, calibration, truth, weighting)?;
     score_under(
         project,
         calibration,
@@ -126,6 +150,25 @@ pub fn score(
         predict,
         progress,
     )
+}
+
+/// The lamps' weights under each environment of the truth.
+///
+/// # Errors
+/// When a panorama cannot be read.
+pub fn truth_weights(
+    project: &Project,
+    calibration: &Calibration,
+    truth: &Truth,
+    weighting: Weighting,
+) -> Result<BTreeMap<String, Vec<[f32; 3]>>> {
+    let partition = Partition::of(weighting, &calibration.rig);
+    let weights = truth.environments.iter().map(|named| {
+        let environment = light::panorama::load(&project.shoot_path(&named.file))?;
+        let weights = partition.weights(&environment, named.front().turned(0.0));
+        Ok((named.name.clone(), weights.per_lamp))
+    });
+    weights.collect()
 }
 
 /// [`score`] with the lamps' weights under each environment given, in any unit.
@@ -138,13 +181,10 @@ pub fn score_under(
     truth: &Truth,
     weights: &BTreeMap<String, Vec<[f32; 3]>>,
     (method, at): (Method, PictureSize),
-    predict: &mut dyn FnMut(&Frame) -> Result<ReflectanceField>,
+    predict: &mut dyn FnMut(&Frame, bool) -> Result<Predicted>,
     progress: &Progress,
 ) -> Result<Scores> {
-    let poses = match method {
-        Method::Nearest | Method::Ratio => Pose::load_all(project, calibration)?,
-        Method::Network | Method::TruthOlats => Vec::new(),
-    };
+    let nearest = Nearest::of(method, project, calibration)?;
     let frames: Vec<usize> = truth
         .frames
         .iter()
@@ -159,6 +199,7 @@ pub fn score_under(
     }
     let mut relit: BTreeMap<&str, Vec<FramePictures>> = BTreeMap::new();
     let mut olats: Vec<FramePictures> = Vec::new();
+    let mut times: Vec<f64> = Vec::new();
     for (done, &index) in frames.iter().enumerate() {
         progress.check("nothing was written")?;
         let total = frames.len() as u64;
@@ -175,12 +216,18 @@ pub fn score_under(
         } else {
             None
         };
-        let field = match (method, &true_olats) {
-            (Method::Network, _) => predict(&frame)?,
-            (Method::TruthOlats, Some(olats)) => ReflectanceField::from_olats(olats),
-            (Method::Ratio, _) => nearest(&poses, &frame)?.ratio_field(&frame.plate),
-            _ => ReflectanceField::from_olats(&nearest(&poses, &frame)?.exemplar.olats),
+        let began = Instant::now();
+        let predicted = match (&nearest, method, &true_olats) {
+            (Some(nearest), ..) => Predicted::Field(nearest.field(&frame)?),
+            (None, Method::TruthOlats, Some(olats)) => {
+                Predicted::Field(ReflectanceField::from_olats(olats))
+            }
+            _ => predict(&frame, true_olats.is_some())?,
         };
+        times.push(match &predicted {
+            Predicted::Field(_) => began.elapsed().as_secs_f64() * 1e3,
+            Predicted::Pictures(pictures) => pictures.picture_ms,
+        });
         let measured = |set: &mut Vec<FramePictures>, pictures, truths| {
             let mut measured = FramePictures {
                 frame: index,
@@ -194,17 +241,16 @@ pub fn score_under(
         let limit = method == Method::TruthOlats;
         let plate = plate.as_ref().filter(|_| !limit);
         for (name, weights) in weights {
-            check_lamps(&field, weights)?;
-            let picture = relight(&field, weights, &lit_lamps(weights));
+            let picture = predicted.relit(name, weights)?;
             measured(
                 relit.entry(name).or_default(),
-                vec![enlarged(picture, plate, &frame.mask)],
+                vec![at_plate(picture, plate, &frame.mask)],
                 vec![truth.relit_at(index, name, at)?],
             );
         }
-        if let Some(truths) = true_olats {
-            let olat = |lamp| enlarged(field.olat(lamp), plate, &frame.mask);
-            measured(&mut olats, (0..field.lamps).map(olat).collect(), truths);
+        if let (Some(truths), Some(predicted)) = (true_olats, predicted.olats()) {
+            let shown = |olat| at_plate(olat, plate, &frame.mask);
+            measured(&mut olats, predicted.map(shown).collect(), truths);
         }
     }
     progress.step("evaluate", frames.len() as u64, frames.len() as u64, "");
@@ -217,6 +263,10 @@ pub fn score_under(
         olat_psnr_db: None,
         olat_psnr_by_frame_db: BTreeMap::new(),
         olat_psnr_by_lamp_db: BTreeMap::new(),
+        frame_ms: {
+            times.sort_unstable_by(f64::total_cmp);
+            times.get(times.len() / 2).copied()
+        },
     };
     for (name, set) in relit {
         let found = psnr_of(&set)?;
@@ -236,7 +286,7 @@ pub fn score_under(
 }
 
 /// A sum of lamps at the size of its plate, as the compositor makes it, but not premultiplied; itself without one.
-fn enlarged(mut sum: Image, plate: Option<&Plate>, mask: &Mask) -> Image {
+pub fn at_plate(mut sum: Image, plate: Option<&Plate>, mask: &Mask) -> Image {
     let Some(plate) = plate else {
         return sum;
     };
@@ -271,22 +321,26 @@ struct FramePictures {
 impl FramePictures {
     /// Averages the pictures down to the truths' size, if these show the same in fewer pixels.
     fn shrink_to_truth(&mut self) {
-        let (width, height) = self.mask.size();
-        let Some((narrow, low)) = self.truths.first().map(Image::size) else {
-            return;
-        };
-        if narrow >= width || narrow * height != low * width {
-            return;
+        if let Some(size) = self.truths.first().map(Image::size) {
+            at_truths_size(&mut self.pictures, &mut self.mask, size);
         }
-        let mask = resize_area(&self.mask, narrow, low);
-        let large = (self.pictures.iter_mut()).filter(|picture| picture.size() == (width, height));
-        for picture in large {
-            premultiply(picture, &self.mask);
-            *picture = resize_area(picture, narrow, low);
-            unpremultiply(picture, &mask);
-        }
-        self.mask = mask;
     }
+}
+
+/// Averages pictures of the matte's size, and the matte, down to a truth's size, if that shows the same in fewer pixels.
+pub fn at_truths_size(pictures: &mut [Image], mask: &mut Mask, (narrow, low): (usize, usize)) {
+    let (width, height) = mask.size();
+    if narrow >= width || narrow * height != low * width {
+        return;
+    }
+    let small = resize_area(mask, narrow, low);
+    let large = (pictures.iter_mut()).filter(|picture| picture.size() == (width, height));
+    for picture in large {
+        premultiply(picture, mask);
+        *picture = resize_area(picture, narrow, low);
+        unpremultiply(picture, &small);
+    }
+    *mask = small;
 }
 
 fn psnr_of(set: &[FramePictures]) -> Result<Psnr> {
@@ -301,88 +355,28 @@ fn psnr_of(set: &[FramePictures]) -> Result<Psnr> {
     psnr(&compared)
 }
 
-/// A pose of the OLAT session, and what it looks like under the interview's light.
-struct Pose {
-    exemplar: Exemplar,
-    interview: Image,
-    encoded_plate: Image,
-}
-
-impl Pose {
-    fn load_all(project: &Project, calibration: &Calibration) -> Result<Vec<Self>> {
-        let light = calibration.interview_light();
-        let exemplars = Exemplar::load_all(project, &calibration.response)?;
-        exemplars
-            .into_iter()
-            .map(|exemplar| {
-                let interview = exemplar.relit_by_all(project, &calibration.response, &light)?;
-                Ok(Self {
-                    encoded_plate: encoded_plate(&interview, &exemplar.mask),
-                    interview,
-                    exemplar,
-                })
-            })
-            .collect()
+impl Predicted {
+    /// The picture under a light; pictures that were made know it by its name.
+    fn relit(&self, name: &str, weights: &[[f32; 3]]) -> Result<Image> {
+        match self {
+            Self::Field(field) => {
+                check_lamps(field, weights)?;
+                Ok(relight(field, weights, &lit_lamps(weights)))
+            }
+            Self::Pictures(pictures) => (pictures.relit.get(name).cloned())
+                .ok_or_else(|| Error::bug(format!("no picture was made under {name}"))),
+        }
     }
 
-    /// OLATs times frame / pose, both under the interview's light. The offset, a thousandth of white,
-    /// keeps the quotient finite in the dark.
-    fn ratio_field(&self, plate: &Image) -> ReflectanceField {
-        let quotient = |i: usize| -> [f32; 3] {
-            std::array::from_fn(|c| plate.pixels[i][c] / (self.interview.pixels[i][c] + 1e-3))
-        };
-        let times = |olat: &Image| Image {
-            pixels: olat
-                .pixels
-                .iter()
-                .enumerate()
-                .map(|(i, pixel)| {
-                    let q = quotient(i);
-                    std::array::from_fn(|c| pixel[c] * q[c])
-                })
-                .collect(),
-            ..*olat
-        };
-        ReflectanceField::from_olats(&self.exemplar.olats.iter().map(times).collect::<Vec<_>>())
-    }
-}
-
-/// The pose whose picture under the interview's light is nearest to the frame's in square error.
-fn nearest<'a>(poses: &'a [Pose], frame: &Frame) -> Result<&'a Pose> {
-    let there = encoded_plate(&frame.plate, &frame.mask);
-    let distance = |pose: &Pose| -> f64 {
-        let pairs = pose
-            .encoded_plate
-            .pixels
-            .iter()
-            .flatten()
-            .zip(there.pixels.iter().flatten());
-        pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum()
-    };
-    poses
-        .iter()
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-        .ok_or_else(|| {
-            Error::missing(
-                "the shoot has no pose of the OLAT session",
-                "Import the shoot again",
-            )
-        })
-}
-
-/// An encoding whose slope at black is finite, cut out by the matte.
-fn encoded_plate(linear: &Image, mask: &Mask) -> Image {
-    let encode = |v: f32| (v.max(0.0) + 0.01).powf(1.0 / 2.2) - 0.01f32.powf(1.0 / 2.2);
-    let pixels = linear
-        .pixels
-        .iter()
-        .zip(&mask.pixels)
-        .map(|(p, alpha)| p.map(|v| encode(v) * alpha))
-        .collect();
-    Image {
-        width: linear.width,
-        height: linear.height,
-        pixels,
+    /// The pictures under each lamp, if they were made.
+    fn olats(&self) -> Option<Box<dyn Iterator<Item = Image> + '_>> {
+        match self {
+            Self::Field(field) => Some(Box::new((0..field.lamps).map(|lamp| field.olat(lamp)))),
+            Self::Pictures(pictures) => {
+                let olats = pictures.olats.as_ref()?;
+                Some(Box::new(olats.iter().cloned()))
+            }
+        }
     }
 }
 
@@ -469,7 +463,7 @@ mod tests {
                 &truth,
                 &facts.hdri_bank_weights,
                 (method, PictureSize::Square),
-                &mut |_| unreachable!("only the network predicts"),
+                &mut |_, _| unreachable!("only networks predict"),
                 &Progress::silent(),
             )
             .unwrap();

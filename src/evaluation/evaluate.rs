@@ -1,9 +1,14 @@
 //! One evaluation: from a project and its truth to scores, a table and contact sheets.
 
+use super::accuracy::Predicted;
 use super::display::{display_gain, display_picture};
-use super::{Method, Row, Scores, Truth, excluded_check, markdown, score};
+use super::flicker::{self, ClipFlicker};
+use super::{
+    Learnt, Method, Row, Scores, Truth, excluded_check, markdown, score_under, truth_weights,
+};
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
+use base::numbers::within;
 use base::progress::Progress;
 use calibration::Calibration;
 use export::{Tile, contact_sheet};
@@ -14,10 +19,17 @@ use imaging::{Encoded, Image};
 use light::weights::Weighting;
 use project::Project;
 use reflectance::Predictor;
+use rivals::{Effort, Spent};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// How long methods may learn that learn when they are evaluated, in minutes.
+pub const MINUTES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
+/// As `quick`.
+const DEFAULT_MINUTES: f64 = 10.0;
 
 /// What to evaluate, and what to write.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
@@ -34,7 +46,11 @@ pub struct EvaluateSettings {
     /// How an environment is given to the lamps.
     #[arg(long = "weights", value_enum, default_value_t)]
     pub weighting: Weighting,
-    /// Also measure all methods and write their table into this Markdown file, in the shoot's section.
+    /// Minutes that texler and sun may learn, which happens now [default: as long as the project's network did, else 10].
+    #[arg(long, value_parser = within(MINUTES))]
+    pub minutes: Option<f64>,
+    /// Also measure all methods and write their table into this Markdown file, in the shoot's section. Those that learn now
+    /// are measured only if --minutes says how long.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
     /// Also write a contact sheet of predicted beside true OLATs.
@@ -53,9 +69,11 @@ pub struct EvaluateSettings {
 pub struct EvaluateReport {
     #[serde(flatten)]
     pub scores: Scores,
-    /// Steps and seconds of training of the network that was evaluated.
+    /// Steps and seconds of training of the network that was evaluated; of texler, of that for the environments.
     pub training_steps: Option<u64>,
     pub training_seconds: Option<f64>,
+    /// How much the interview flickers, relit by the network under the truth's first environment.
+    pub flicker: Option<ClipFlicker>,
 }
 
 /// Measures `settings.method`, and all methods where a table is asked for.
@@ -70,6 +88,7 @@ pub fn evaluate(
     let calibration = Calibration::load(project)?;
     let truth = Truth::open(project, &settings.truth)?;
     let compute = ComputeDevice::choose(settings.device);
+    let minutes = learning_minutes(project, settings.minutes);
     let asks_network = settings.method == Method::Network
         || settings.table.is_some()
         || settings.sheet.is_some()
@@ -81,41 +100,70 @@ pub fn evaluate(
     } else {
         None
     };
-    let mut scores_of = |method: Method| {
-        let mut predict = |frame: &Frame| match &predictor {
-            Some(predictor) => predictor.predict(frame),
-            None => Predictor::open(project, &compute.device)?.predict(frame),
+    let weights = truth_weights(project, &calibration, &truth, settings.weighting)?;
+    let asks_olats = truth.frames.iter().any(|&frame| truth.has_olats(frame));
+    let scores_of = |method: Method| {
+        let effort = Effort {
+            minutes,
+            steps: None,
+            seed: project.settings.seed,
         };
-        score(
+        let learn = || {
+            let from = (project, &calibration);
+            Learnt::learn(
+                method, from, &weights, asks_olats, &effort, &compute, progress,
+            )
+        };
+        let learnt = method
+            .learns()
+            .then(|| compute.guarded(learn))
+            .transpose()?;
+        let mut predict = |frame: &Frame, olats| match (&learnt, &predictor) {
+            (Some(learnt), _) => Ok(Predicted::Pictures(learnt.predict(frame, olats)?)),
+            (None, Some(predictor)) => Ok(Predicted::Field(predictor.predict(frame)?)),
+            (None, None) => Err(Error::bug("there is no network to predict with")),
+        };
+        let scores = score_under(
             project,
             &calibration,
             &truth,
-            settings.weighting,
+            &weights,
             (method, settings.at),
             &mut predict,
             progress,
-        )
+        )?;
+        Ok((scores, learnt.map(|learnt| learnt.spent())))
     };
-    let scores = scores_of(settings.method)?;
+    let (scores, learnt) = scores_of(settings.method)?;
     if let (Some(path), Some(predictor)) = (&settings.table, &predictor) {
         let methods = [
             Method::Nearest,
             Method::Ratio,
+            Method::Harmonics,
+            Method::Texler,
+            Method::Sun,
             Method::Network,
             Method::TruthOlats,
         ];
-        let all = methods
-            .map(&mut scores_of)
-            .into_iter()
-            .collect::<Result<Vec<_>>>()?;
+        let wanted = methods.into_iter();
+        let wanted = wanted.filter(|m| settings.minutes.is_some() || !m.learns());
         let info = predictor.info();
-        let trained = format!(
-            "{:.1} min of training, {} steps, {}",
-            info.seconds / 60.0,
-            info.step,
-            compute.description
-        );
-        let rows: Vec<Row> = all.iter().map(|scores| row(scores, &trained)).collect();
+        let network = Spent {
+            steps: info.step,
+            seconds: info.seconds,
+        };
+        let mut all = Vec::new();
+        for method in wanted {
+            let (scores, learnt) = match &learnt {
+                Some(learnt) if method == settings.method => (scores.clone(), Some(*learnt)),
+                _ => scores_of(method)?,
+            };
+            all.push((
+                scores,
+                cost(learnt.unwrap_or(network), &compute.description),
+            ));
+        }
+        let rows: Vec<Row> = all.iter().map(|(scores, cost)| row(scores, cost)).collect();
         let (width, height) = picture_size(project, settings.at)?;
         let light = project.settings.size;
         let title = match settings.at {
@@ -133,28 +181,70 @@ pub fn evaluate(
     if let (Some(path), Some(predictor)) = (&settings.worst, &predictor) {
         let scores = match settings.method {
             Method::Network => &scores,
-            _ => &scores_of(Method::Network)?,
+            _ => &scores_of(Method::Network)?.0,
         };
         write_png(
             path,
             &worst(project, &calibration, &truth, predictor, scores)?,
         )?;
     }
-    let info = predictor
+    let flicker = match &predictor {
+        Some(predictor) if settings.method == Method::Network => {
+            let named = &truth.environments[0];
+            let found = light::panorama::load(&project.shoot_path(&named.file)).and_then(|read| {
+                flicker::of_clip(
+                    project,
+                    &calibration,
+                    (&Arc::new(read), named.front().turned(0.0)),
+                    flicker::middle(project),
+                    &mut |frame| predictor.predict(frame),
+                    progress,
+                )
+            });
+            flicker::if_possible(found, progress)?
+        }
+        _ => None,
+    };
+    let network = predictor
         .as_ref()
         .filter(|_| settings.method == Method::Network)
-        .map(|p| p.info().clone());
+        .map(|p| Spent {
+            steps: p.info().step,
+            seconds: p.info().seconds,
+        });
+    let spent = network.or(learnt);
     Ok(EvaluateReport {
         scores,
-        training_steps: info.as_ref().map(|i| i.step),
-        training_seconds: info.map(|i| i.seconds),
+        training_steps: spent.map(|spent| spent.steps),
+        training_seconds: spent.map(|spent| spent.seconds),
+        flicker,
     })
+}
+
+/// How long methods may learn that learn now, in minutes: as asked, or as long as the project's network did.
+pub fn learning_minutes(project: &Project, asked: Option<f64>) -> f64 {
+    let trained = || reflectance::checkpoint::info(&project.checkpoint_path()).ok();
+    let minutes = asked.or_else(|| Some(trained()?.seconds / 60.0));
+    let minutes = minutes.unwrap_or(DEFAULT_MINUTES);
+    minutes.clamp(*MINUTES.start(), *MINUTES.end())
+}
+
+/// What a training cost, in words.
+fn cost(spent: Spent, device: &str) -> String {
+    let minutes = spent.seconds / 60.0;
+    format!(
+        "{minutes:.1} min of training, {} steps, {device}",
+        spent.steps
+    )
 }
 
 fn row<'a>(scores: &'a Scores, trained: &'a str) -> Row<'a> {
     let (name, cost) = match scores.method {
         Method::Nearest => ("nearest exemplar pose", "none"),
         Method::Ratio => ("ratio image", "none"),
+        Method::Harmonics => ("ratio image of order-2 harmonics", "none"),
+        Method::Texler => ("Texler 2020, a network for these looks", trained),
+        Method::Sun => ("Sun 2019, trained on the exemplars", trained),
         Method::Network => ("**network**", trained),
         Method::TruthOlats => ("true OLATs: the rig's limit", "not to be had in use"),
     };

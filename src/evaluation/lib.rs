@@ -1,10 +1,16 @@
 //! Evaluation: how close predicted pictures come to the truth, compared with methods without a network.
 
 mod accuracy;
+pub mod blind;
 mod display;
 mod evaluate;
+mod exemplars;
+mod fidelity;
 mod filter;
+pub mod flicker;
 pub mod flip;
+mod harmonics;
+mod learnt;
 pub mod metrics;
 pub mod review;
 mod ssim;
@@ -13,10 +19,15 @@ mod truth;
 #[cfg(test)]
 mod weights_tests;
 
-pub use accuracy::{Method, Scores, excluded_check, score, score_under};
+pub use accuracy::{
+    Method, Pictures, Predicted, Scores, at_plate, at_truths_size, excluded_check, score,
+    score_under, truth_weights,
+};
 pub use display::{display_gain, display_picture};
 pub use evaluate::{EvaluateReport, EvaluateSettings, evaluate};
+pub use fidelity::{Distance, Fidelity, fidelity};
 pub use flip::{FlipMap, flip};
+pub use learnt::Learnt;
 pub use ssim::ssim;
 pub use table::{Row, markdown};
 pub use truth::Truth;

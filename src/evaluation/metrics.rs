@@ -100,7 +100,7 @@ impl Compared<'_> {
     }
 
     /// The factor that the truths are encoded at.
-    pub(super) fn exposure(&self) -> f64 {
+    pub fn exposure(&self) -> f64 {
         let truths = subject(self.truths, self.mask);
         0.5 / percentile(truths.as_flattened(), 95.0)
     }
@@ -162,9 +162,13 @@ fn decibels(error: f64) -> f64 {
 fn percentile(values: &[f32], percent: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f32::total_cmp);
-    let place = percent / 100.0 * (sorted.len() - 1) as f64;
+    // A frame may show no subject.
+    let Some(last) = sorted.len().checked_sub(1) else {
+        return f64::from(f32::MIN_POSITIVE);
+    };
+    let place = percent / 100.0 * last as f64;
     let (low, share) = (place.floor() as usize, place.fract());
-    let high = (low + 1).min(sorted.len() - 1);
+    let high = (low + 1).min(last);
     let value = f64::from(sorted[low]) * (1.0 - share) + f64::from(sorted[high]) * share;
     value.max(f64::from(f32::MIN_POSITIVE))
 }
@@ -341,6 +345,7 @@ mod tests {
         assert_eq!(percentile(&[4.0, 1.0, 3.0, 2.0], 50.0), 2.5);
         assert!((percentile(&[0.0, 1.0, 2.0, 3.0, 10.0], 95.0) - 8.6).abs() < 1e-12);
         assert_eq!(percentile(&[7.0], 95.0), 7.0);
+        assert!(percentile(&[], 95.0) > 0.0);
     }
 
     #[test]

@@ -29,8 +29,8 @@ pub fn markdown(rows: &[Row]) -> String {
     environments
         .iter()
         .for_each(|name| table += &format!(" {name}, dB |"));
-    table += " OLATs, dB | frames | cost |\n|---|";
-    table += &"---:|".repeat(environments.len() + 2);
+    table += " OLATs, dB | frames | ms a frame | cost |\n|---|";
+    table += &"---:|".repeat(environments.len() + 3);
     table += "---|\n";
     for row in rows {
         table += &format!("| {} |", row.name);
@@ -38,7 +38,15 @@ pub fn markdown(rows: &[Row]) -> String {
             table += &format!(" {} |", decibels(row.scores.relit_psnr_db.get(*name)));
         }
         let olats = decibels(row.scores.olat_psnr_db.as_ref());
-        table += &format!(" {olats} | {} | {} |\n", row.scores.frames.len(), row.cost);
+        let ms = row
+            .scores
+            .frame_ms
+            .map_or("–".to_owned(), |ms| format!("{ms:.1}"));
+        table += &format!(
+            " {olats} | {} | {ms} | {} |\n",
+            row.scores.frames.len(),
+            row.cost
+        );
     }
     table
 }
@@ -60,6 +68,7 @@ mod tests {
             olat_psnr_db,
             olat_psnr_by_frame_db: BTreeMap::new(),
             olat_psnr_by_lamp_db: BTreeMap::new(),
+            frame_ms: Some(12.34),
         };
         let (a, b) = (scores("grace", Some(MAX_DECIBELS)), scores("pisa", None));
         let table = markdown(&[
@@ -77,10 +86,10 @@ mod tests {
         let lines: Vec<&str> = table.lines().collect();
         assert_eq!(
             lines[0],
-            "| method | grace, dB | pisa, dB | OLATs, dB | frames | cost |"
+            "| method | grace, dB | pisa, dB | OLATs, dB | frames | ms a frame | cost |"
         );
-        assert_eq!(lines[1], "|---|---:|---:|---:|---:|---|");
-        assert_eq!(lines[2], "| ratio | 24.2 | – | exact | 2 |  |");
-        assert_eq!(lines[3], "| network | – | 24.2 | – | 2 | 18 min |");
+        assert_eq!(lines[1], "|---|---:|---:|---:|---:|---:|---|");
+        assert_eq!(lines[2], "| ratio | 24.2 | – | exact | 2 | 12.3 |  |");
+        assert_eq!(lines[3], "| network | – | 24.2 | – | 2 | 12.3 | 18 min |");
     }
 }

@@ -54,7 +54,7 @@ fn the_true_olats_reach_the_rigs_limit_and_the_default_loses_nothing_to_cells() 
             &shoot.truth,
             kind,
             (Method::TruthOlats, footage::PictureSize::Square),
-            &mut |_| unreachable!("only the network predicts"),
+            &mut |_, _| unreachable!("only networks predict"),
             &Progress::silent(),
         );
         let relit = scores.unwrap().relit_psnr_db;

@@ -19,7 +19,37 @@ pub enum Format {
     Movie(Codec),
 }
 
+/// How many bits a pixel takes in a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PixelBits {
+    /// Without the compression, which saves more or less.
+    AtMost(f64),
+    /// What the codec aims at.
+    About(f64),
+}
+
 impl Format {
+    /// How many bits a pixel takes; None where the encoder decides that by what it sees. ProRes and DNxHR aim at bits a
+    /// second, here those of their makers for 1920 × 1080 at 29.97 frames a second, divided by its pixels (Apple, "ProRes White
+    /// Paper", 2022; Avid, "DNxHR Codec Bandwidth Specifications").
+    pub fn pixel_bits(self, has_alpha: bool) -> Option<PixelBits> {
+        let channels = if has_alpha { 4.0 } else { 3.0 };
+        let of_rate = |megabits: f64| PixelBits::About(megabits * 1e6 / (1920.0 * 1080.0 * 29.97));
+        Some(match self {
+            Self::Png8 => PixelBits::AtMost(8.0 * channels),
+            Self::Png16 | Self::Tiff | Self::Movie(Codec::Ffv1) => {
+                PixelBits::AtMost(16.0 * channels)
+            }
+            // Half floats; whole ones take twice that.
+            Self::Exr => PixelBits::AtMost(64.0),
+            Self::Movie(Codec::ProRes422Hq) => of_rate(220.0),
+            Self::Movie(Codec::ProRes4444) => of_rate(330.0),
+            Self::Movie(Codec::DnxhrHq | Codec::DnxhrHqx) => of_rate(220.0),
+            Self::Movie(Codec::Dnxhr444) => of_rate(440.0),
+            Self::Movie(Codec::H264 | Codec::H265) => return None,
+        })
+    }
+
     /// All of them.
     pub const ALL: [Self; 12] = [
         Self::Png8,

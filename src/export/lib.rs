@@ -28,7 +28,7 @@ pub use codec::{Codec, Container};
 pub use colors::{Encoding, OutputSpace};
 pub use destination::{Destination, Stills, untaken};
 pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, Samples};
-pub use format::{Bits, Existing, Files, Format};
+pub use format::{Bits, Existing, Files, Format, PixelBits};
 pub use interview::{Interview, Source};
 pub use layers::{LightLayer, LightLayers};
 pub use overlap::Stages;

@@ -1,6 +1,7 @@
 //! What a still was made of, in its header, so that a stopped export goes on where it was.
 
 use super::format::Files;
+use super::relight::RelightSettings;
 use super::still::PROVENANCE;
 use base::error::{Error, Result};
 use base::files::open;
@@ -29,7 +30,7 @@ impl Provenance {
     pub fn of(
         project: &Project,
         environment: &Environment,
-        files: &Files,
+        asked: &RelightSettings,
         first: usize,
     ) -> Result<Self> {
         let settings = &project.settings;
@@ -58,11 +59,14 @@ impl Provenance {
             to: String::new(),
             existing: super::Existing::default(),
             resume: false,
-            ..files.clone()
+            ..asked.files.clone()
         };
         written.text(&format!("{plain:?} {first}"));
-        if let Some(table) = &files.lut {
+        if let Some(table) = &asked.files.lut {
             written.bytes(&read(table)?);
+        }
+        for lamp in &asked.solo {
+            written.text(lamp);
         }
         let common = format!(
             "version={} project={} checkpoint={} environment={}",

@@ -58,6 +58,9 @@ pub struct RelightSettings {
     /// Yaw in degrees over the interview's frames, added to `yaw_deg`.
     #[arg(skip)]
     pub yaw_keys: Keyframes,
+    /// Light the subject by these lamps alone, without background: each with half of the energy of an even light.
+    #[arg(long, value_name = "LAMP,…", value_delimiter = ',')]
+    pub solo: Vec<String>,
     #[command(flatten)]
     pub lighting: Lighting,
     /// Brightness in stops over the interview's frames, added to that of `lighting`.
@@ -265,6 +268,8 @@ struct Clip<'a> {
     encoder: FieldEncoder,
     /// At the level of the first frame, or the clip would flicker.
     light: Option<EnvironmentLight>,
+    /// Numbers of the lamps that light the subject alone; empty for all.
+    solo: Vec<usize>,
     series: Series,
     /// What scenes have to make.
     output: Output,
@@ -282,6 +287,7 @@ impl<'a> Clip<'a> {
         progress: &Progress,
     ) -> Result<(Self, Writer)> {
         let calibration = Calibration::load(project)?;
+        let solo = lamps_named(&calibration.rig, &settings.solo)?;
         let (environment, known_front) = match &settings.read {
             Some(read) => (read.clone(), Front::default()),
             None => {
@@ -306,6 +312,7 @@ impl<'a> Clip<'a> {
             predictor,
             encoder: FieldEncoder::new(settings.storage),
             light: None,
+            solo,
             series: Series::default(),
             output: writer.output(&settings.effects),
             passes: Vec::new(),
@@ -324,7 +331,7 @@ impl<'a> Clip<'a> {
         let settings = self.settings;
         let count = last - first + 1;
         let provenance = (writer.writes_stills())
-            .then(|| Provenance::of(self.project, &self.environment, &settings.files, first))
+            .then(|| Provenance::of(self.project, &self.environment, settings, first))
             .transpose()?;
         let mut planned = Vec::with_capacity(count);
         for frame in first..=last {
@@ -377,7 +384,10 @@ impl<'a> Clip<'a> {
             },
             effects: settings.effects,
             exposure_stops: settings.exposure_stops,
-            background: settings.background,
+            background: match &self.solo[..] {
+                [] => settings.background,
+                _ => Background::None,
+            },
             output: self.output,
         }
     }
@@ -403,7 +413,9 @@ impl<'a> Clip<'a> {
             (&field, &frame.mask),
         )?;
         self.uncovered_energy = light.weights().uncovered;
+        let solo = (!self.solo.is_empty()).then(|| light.solo(&self.solo));
         let of = Ingredients {
+            weights: solo.as_ref().unwrap_or(light.weights()),
             upstream: Upstream {
                 predict_ms,
                 weights_ms,
@@ -524,6 +536,27 @@ pub fn find_environment(
         ),
         "Check the path",
     ))
+}
+
+/// The numbers of the lamps of these names, ascending.
+fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
+    let number = |name: &String| {
+        let place = rig.lamps.iter().position(|lamp| lamp.name == *name);
+        place.ok_or_else(|| {
+            let known: Vec<&str> = rig.lamps.iter().map(|lamp| lamp.name.as_str()).collect();
+            Error::missing(
+                format!(
+                    "there is no lamp {name:?}: the lamps are {}",
+                    known.join(", ")
+                ),
+                "Name lamps that the network has learnt",
+            )
+        })
+    };
+    let mut numbers = names.iter().map(number).collect::<Result<Vec<_>>>()?;
+    numbers.sort_unstable();
+    numbers.dedup();
+    Ok(numbers)
 }
 
 fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usize, usize)> {

@@ -143,6 +143,7 @@ pub fn plan_import(
     }
     let mut project = Project {
         root: root.to_path_buf(),
+        results: None,
         settings: Settings {
             format: FORMAT,
             name: manifest.name.unwrap_or_else(|| name_of(shoot)),

@@ -6,8 +6,14 @@ use cubecl_runtime::config::environment::EnvironmentConfig;
 use cubecl_runtime::config::{CubeClRuntimeConfig, RuntimeConfig};
 use std::path::PathBuf;
 
-/// In the person's cache folder, or that of temporary files if there is none.
+/// The variable that names another folder to store the results in, such as an empty one to time them all again.
+pub const FOLDER: &str = "AFTERLIGHT_KERNELS";
+
+/// In the person's cache folder, or that of temporary files if there is none; or as [`FOLDER`] says.
 pub fn folder() -> PathBuf {
+    if let Some(folder) = std::env::var_os(FOLDER).filter(|folder| !folder.is_empty()) {
+        return folder.into();
+    }
     let cache = dirs::cache_dir().unwrap_or_else(std::env::temp_dir);
     cache.join("afterlight").join("kernels")
 }

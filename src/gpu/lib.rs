@@ -1,8 +1,13 @@
 //! Where the network runs: on a hardware GPU whose results agree with the CPU's, else on burn's CPU backend. Network,
 //! passes and window share one GPU, so that what the network computes is lit and drawn there without a copy.
 
+mod adapters;
 mod autotune;
+mod measured;
 mod self_test;
+
+pub use adapters::{Adapter, adapters};
+pub use autotune::FOLDER as KERNELS_FOLDER;
 
 use base::error;
 use burn::tensor::Device;
@@ -48,8 +53,25 @@ pub struct Gpu {
     verdict: Arc<OnceLock<Result<(), String>>>,
 }
 
-/// burn keeps a device that it was given for as long as the process runs: there is one, for all.
-static SHARED: Mutex<Option<Gpu>> = Mutex::new(None);
+/// The GPU of this process. burn keeps a device that it was given for as long as the process runs: there is one, for all.
+static SHARED: Mutex<Shared> = Mutex::new(Shared::None);
+
+#[derive(Debug)]
+enum Shared {
+    None,
+    /// The window's. burn does not know it yet: each device that it knows keeps two threads awake.
+    Offered(Box<WgpuSetup>),
+    Open(Gpu),
+}
+
+impl Shared {
+    fn open(&self) -> Option<&Gpu> {
+        match self {
+            Self::Open(gpu) => Some(gpu),
+            Self::None | Self::Offered(_) => None,
+        }
+    }
+}
 
 impl ComputeDevice {
     /// Picks a device. Software rasterisers do not count as GPUs: there the CPU backend is faster. A GPU
@@ -61,6 +83,19 @@ impl ComputeDevice {
             DeviceChoice::Gpu => Gpu::shared(|_| true),
         };
         Self::trusted(gpu, Gpu::check)
+    }
+
+    /// The device whether it passes the self-test or not, to measure it: what it computes may be wrong.
+    ///
+    /// # Errors
+    /// When a GPU was asked for and there is none.
+    pub fn untested(choice: DeviceChoice) -> Result<Self, String> {
+        let suits = match choice {
+            DeviceChoice::Cpu => return Ok(Self::choose(choice)),
+            DeviceChoice::Auto => is_hardware,
+            DeviceChoice::Gpu => |_: &wgpu::AdapterInfo| true,
+        };
+        Ok(Self::trusted(Ok(Gpu::shared(suits)?), |_| Ok(())))
     }
 
     /// A GPU that passes `test`, else the CPU.
@@ -104,23 +139,27 @@ impl ComputeDevice {
 /// Whether this process had a GPU and lost it.
 pub fn is_lost() -> bool {
     let shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
-    shared.as_ref().is_some_and(|gpu| gpu.passes.is_lost())
+    shared.open().is_some_and(|gpu| gpu.passes.is_lost())
 }
 
 impl Gpu {
-    /// Makes a device that the window draws with, made as [`device_descriptor`] says, the GPU of this
-    /// process, unless there is one or the network cannot compute on it: then it gets one of its own.
+    /// Offers a device that the window draws with, made as [`device_descriptor`] says, as the GPU of this process, unless
+    /// there is one. If the network does not compute on it, it gets one of its own.
     pub fn share(setup: WgpuSetup) {
         let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
-        if shared.is_none() {
-            *shared = Self::register(setup).ok();
+        if matches!(*shared, Shared::None) {
+            *shared = Shared::Offered(Box::new(setup));
         }
     }
 
     /// Whether this is the device of this process's GPU.
     pub fn is_shared(device: &wgpu::Device) -> bool {
         let shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
-        shared.as_ref().is_some_and(|gpu| gpu.device == *device)
+        match &*shared {
+            Shared::None => false,
+            Shared::Offered(setup) => setup.device == *device,
+            Shared::Open(gpu) => gpu.device == *device,
+        }
     }
 
     /// Whether it can be used, and if not, why.
@@ -137,7 +176,13 @@ impl Gpu {
     /// The GPU of this process if it `suits`; it is opened if there is none yet.
     fn shared(suits: fn(&wgpu::AdapterInfo) -> bool) -> Result<Self, String> {
         let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(gpu) = shared.as_ref().filter(|gpu| suits(&gpu.adapter)) {
+        if let Shared::Offered(setup) = &*shared
+            && suits(&setup.adapter.get_info())
+            && let Ok(gpu) = Self::register(WgpuSetup::clone(setup))
+        {
+            *shared = Shared::Open(gpu);
+        }
+        if let Some(gpu) = shared.open().filter(|gpu| suits(&gpu.adapter)) {
             return Ok(gpu.clone());
         }
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
@@ -147,7 +192,10 @@ impl Gpu {
         let mut why = "no GPU was found".to_owned();
         for adapter in adapters {
             match Self::open(&instance, adapter) {
-                Ok(gpu) => return Ok(shared.insert(gpu).clone()),
+                Ok(gpu) => {
+                    *shared = Shared::Open(gpu.clone());
+                    return Ok(gpu);
+                }
                 Err(reason) => why = reason,
             }
         }

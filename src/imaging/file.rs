@@ -6,6 +6,7 @@ use base::error::{Error, Result};
 use base::files::{self, write_beside};
 use exr::meta::MetaData;
 use exr::meta::header::Header;
+use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
 use std::fs::File;
@@ -220,6 +221,29 @@ pub fn png_bytes(picture: &Encoded) -> Result<Vec<u8>> {
         .map_err(|e| {
             Error::invalid(
                 format!("a picture of {width} × {height} pixels cannot be a PNG: {e}"),
+                "Choose another size",
+            )
+        })?;
+    Ok(bytes)
+}
+
+/// An 8-bit RGB JPEG in memory, of a quality from 1 to 100.
+///
+/// # Errors
+/// When the picture has no pixel, or more than 65,535 on a side.
+pub fn jpeg_bytes(picture: &Encoded, quality: u8) -> Result<Vec<u8>> {
+    let (width, height) = picture.0.size();
+    let mut bytes = Vec::new();
+    JpegEncoder::new_with_quality(&mut bytes, quality.clamp(1, 100))
+        .write_image(
+            &rgb_bytes(picture),
+            width as u32,
+            height as u32,
+            ExtendedColorType::Rgb8,
+        )
+        .map_err(|e| {
+            Error::invalid(
+                format!("a picture of {width} × {height} pixels cannot be a JPEG: {e}"),
                 "Choose another size",
             )
         })?;

@@ -50,6 +50,8 @@ pub const FORMAT: u32 = 1;
 pub struct Project {
     /// The project's folder.
     pub root: PathBuf,
+    /// Where calibration, network and logs are, if not in [`Self::root`]: of a [variant](Self::variant).
+    pub results: Option<PathBuf>,
     /// The contents of `project.toml`.
     pub settings: Settings,
 }
@@ -81,6 +83,7 @@ impl Project {
     pub fn without_shoot(root: &Path) -> Self {
         Self {
             root: root.to_path_buf(),
+            results: None,
             settings: Settings {
                 format: FORMAT,
                 name: "empty".to_owned(),
@@ -150,8 +153,24 @@ impl Project {
             .map_err(|e| e.within(&path))?;
         Ok(Self {
             root: root.to_path_buf(),
+            results: None,
             settings,
         })
+    }
+
+    /// The same project with results of its own in `folder`, so that other settings can be tried beside it. Its pictures
+    /// are the project's; it is never saved.
+    #[must_use]
+    pub fn variant(&self, folder: PathBuf) -> Self {
+        Self {
+            results: Some(folder),
+            ..self.clone()
+        }
+    }
+
+    /// The file or folder `name` among the results.
+    pub fn result_path(&self, name: &str) -> PathBuf {
+        self.results.as_ref().unwrap_or(&self.root).join(name)
     }
 
     /// Writes `project.toml`.
@@ -159,6 +178,11 @@ impl Project {
     /// # Errors
     /// When it cannot be written, or a path in it is not text.
     pub fn save(&self) -> Result<()> {
+        if self.results.is_some() {
+            return Err(Error::bug(
+                "a variant of a project was to be saved in its place",
+            ));
+        }
         let shoot = &self.settings.shoot;
         let environments = self.settings.environments.iter();
         let mut paths = environments.map(|one| &one.file).chain([&shoot.folder]);
@@ -278,6 +302,26 @@ impl Project {
         Ok(aside)
     }
 
+    /// Takes over the working size and the lamps of `variant`. A calibration and a network that were made with others are
+    /// moved into a new folder, which is returned. For [`Self::change`].
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn reshape(&mut self, variant: &Self) -> Result<Option<PathBuf>> {
+        let mut shaped = self.clone();
+        shaped.settings.size = variant.settings.size;
+        let (to, from) = (&mut shaped.settings.shoot, &variant.settings.shoot);
+        to.lamps.clone_from(&from.lamps);
+        to.other_lamps.clone_from(&from.other_lamps);
+        to.lamp_layout.clone_from(&from.lamp_layout);
+        if shaped == *self {
+            return Ok(None);
+        }
+        let aside = self.put_aside()?;
+        *self = shaped;
+        Ok(aside)
+    }
+
     /// Moves all results into a new folder `aside-N`; `None` if there are none.
     fn put_aside(&self) -> Result<Option<PathBuf>> {
         const COMPUTED: [&str; 6] = [
@@ -320,12 +364,12 @@ impl Project {
 
     /// Where the calibration is kept.
     pub fn calibration_path(&self) -> PathBuf {
-        self.root.join("calibration.toml")
+        self.result_path("calibration.toml")
     }
 
     /// Where a review's figures are kept.
     pub fn measured_path(&self) -> PathBuf {
-        self.root.join("measured.json")
+        self.result_path("measured.json")
     }
 
     /// Where a reviewer's marks are kept.
@@ -335,7 +379,7 @@ impl Project {
 
     /// The folder of the trained network.
     pub fn checkpoint_path(&self) -> PathBuf {
-        self.root.join("checkpoint")
+        self.result_path("checkpoint")
     }
 }
 

@@ -181,6 +181,25 @@ pub fn install(starter: Starter, folder: &Path) -> Result<()> {
     })
 }
 
+/// The network of a starting point.
+///
+/// # Errors
+/// When it is damaged.
+pub fn open_starter(starter: Starter, device: &Device) -> Result<(CheckpointInfo, UNet)> {
+    let damaged = |problem: &dyn std::fmt::Display| {
+        Error::bug(format!(
+            "the starting point of the program is damaged: {problem}"
+        ))
+    };
+    let table: Table = toml::from_str(starter.table).map_err(|e| damaged(&e.message()))?;
+    let bytes = Bytes::from_bytes_vec(starter.weights.to_vec());
+    let network = table
+        .info
+        .network_of(bytes, device)
+        .map_err(|problem| damaged(&problem))?;
+    Ok((table.info, network))
+}
+
 /// Makes the checkpoint in `from` that of the folder `to` as well. Weight files are never changed, so both may
 /// share them on disk. If the process is killed, `to` holds the old checkpoint or this one.
 ///
@@ -373,29 +392,35 @@ impl Table {
     }
 
     fn network(&self, folder: &Path, name: &str, device: &Device) -> Result<UNet> {
-        let refuse = |e: &dyn std::fmt::Display| Error::codec("read", folder.join(name), e, REMEDY);
         let bytes = self.read(folder, name)?;
+        let refuse = |problem| Error::codec("read", folder.join(name), problem, REMEDY);
+        self.info.network_of(bytes, device).map_err(refuse)
+    }
+}
+
+impl CheckpointInfo {
+    /// The network of these weights, or what is wrong with them.
+    fn network_of(&self, bytes: Bytes, device: &Device) -> std::result::Result<UNet, String> {
         // Before memory is taken for the network: half floats are the smallest that are written.
-        let weights = self.info.network.cost().parameters;
+        let weights = self.network.cost().parameters;
         if (bytes.len() as u64) < 2 * weights {
-            let problem = format!(
+            return Err(format!(
                 "checkpoint.toml describes a network of {weights} weights, and this file has only {} bytes",
                 bytes.len()
-            );
-            return Err(refuse(&problem));
+            ));
         }
-        let record = ModuleRecord::from_bytes(bytes).map_err(|e| refuse(&e))?;
+        let record = ModuleRecord::from_bytes(bytes).map_err(|e| e.to_string())?;
         let record = record.cast_to_module_dtype();
-        let network = (self.info.network.init(0.5, device))
+        let network = (self.network.init(0.5, device))
             .try_load_record(record)
             .map_err(|e| match e {
                 RecordError::Validation(_) => {
-                    refuse(&"it holds a network of another shape than checkpoint.toml says")
+                    "it holds a network of another shape than checkpoint.toml says".to_owned()
                 }
-                RecordError::Io(problem) => refuse(&problem),
+                RecordError::Io(problem) => problem,
             })?;
         if !network.is_finite() {
-            return Err(refuse(&"it holds weights that are NaN or infinite"));
+            return Err("it holds weights that are NaN or infinite".to_owned());
         }
         Ok(network)
     }

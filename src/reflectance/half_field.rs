@@ -75,6 +75,7 @@ impl HalfField {
     }
 
     /// The factor on stored values, a power of two.
+    #[inline]
     pub fn scale(&self) -> f32 {
         self.scale
     }
@@ -85,6 +86,7 @@ impl HalfField {
     }
 
     /// The stored values of a tile: of channel `c` under lamp `l` at `c · lamps + l`.
+    #[inline]
     pub fn tile(&self, tile: usize) -> &[[u16; TILE]] {
         let planes = 3 * self.lamps;
         &self.values.as_chunks().0[tile * planes..(tile + 1) * planes]
@@ -133,7 +135,7 @@ fn stored_exponent(values: &[f32]) -> i32 {
 }
 
 /// 2^`exponent` for −126 to 127.
-fn power_of_two(exponent: i32) -> f32 {
+const fn power_of_two(exponent: i32) -> f32 {
     f32::from_bits(((127 + exponent) as u32) << 23)
 }
 
@@ -144,7 +146,9 @@ pub fn widen(half: u16) -> f32 {
     // Exponent and mantissa go to their places, the sign stays at the top. The exponent is then too
     // small by the difference of both biases, 112, which the factor mends, for denormals too.
     let placed = ((i32::from(half as i16) << 13) as u32) & 0x8fff_ffff;
-    let value = f32::from_bits(placed) * power_of_two(112);
+    // A constant: a call of a function of this crate would not become part of the caller's loop.
+    const BIASES: f32 = power_of_two(112);
+    let value = f32::from_bits(placed) * BIASES;
     if half & 0x7fff < 0x7c00 {
         value
     } else {

@@ -11,6 +11,7 @@ pub mod kernels;
 pub mod predictor;
 pub mod render;
 mod resize;
+pub mod start;
 mod unet;
 
 pub use compressed::{CompressedField, LampBasis};

@@ -22,6 +22,13 @@ pub struct Predictor {
     device: Device,
 }
 
+/// What an encoder makes of a picture: `[channels, side, side]`.
+pub struct Features {
+    pub channels: usize,
+    pub side: usize,
+    pub values: Vec<f32>,
+}
+
 impl Predictor {
     /// Loads the project's checkpoint.
     ///
@@ -55,6 +62,33 @@ impl Predictor {
     /// The checkpoint's table.
     pub fn info(&self) -> &CheckpointInfo {
         &self.info
+    }
+
+    /// What the network's encoder makes of a frame, as small as it can be with at least `side` values on each side.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn features(&self, frame: &Frame, side: usize) -> Result<Features> {
+        let _turn = turn::DEVICE.lock();
+        let plate = tensor_from_image(&frame.plate, &self.device);
+        let mask = tensor_from_mask(&frame.mask, &self.device);
+        let input = encode(plate) * mask;
+        let network = &self.info.network;
+        let block = (network.size / side.max(1)).max(1).ilog2() as usize;
+        let block = block.min(network.blocks() - 1);
+        let found = if self.half {
+            let found = self.network.encoded(input.cast(FloatDType::F16), block);
+            found.cast(FloatDType::F32)
+        } else {
+            self.network.encoded(input, block)
+        };
+        let [_, channels, side, _] = found.dims();
+        let values = found.into_data().try_into_vec::<f32>();
+        Ok(Features {
+            channels,
+            side,
+            values: values.map_err(|e| Error::bug(format!("the device gave no features: {e}")))?,
+        })
     }
 
     /// Predicts the OLATs of a frame, zero outside the subject's matte, and leaves them on the device.

@@ -18,6 +18,11 @@ pub fn encode<const D: usize>(linear: Tensor<D>) -> Tensor<D> {
     (linear.clamp_min(0.0) + OFFSET).powf_scalar(POWER) - OFFSET.powf(POWER)
 }
 
+/// The linear light whose [`encode`] is this, from 0 up.
+pub fn decode<const D: usize>(encoded: Tensor<D>) -> Tensor<D> {
+    (encoded.clamp_min(0.0) + OFFSET.powf(POWER)).powf_scalar(1.0 / POWER) - OFFSET
+}
+
 /// [`encode`] of white, 1: about 0.88. Black stays 0.
 pub fn encoded_white() -> f32 {
     (1.0 + OFFSET).powf(POWER) - OFFSET.powf(POWER)
@@ -71,4 +76,22 @@ pub fn tensor_from_mask(mask: &Mask, device: &Device) -> Tensor<4> {
 pub fn tensor_from_weights(weights: &[[f32; 3]], device: &Device) -> Tensor<4> {
     let data = TensorData::new(weights.as_flattened().to_vec(), [weights.len(), 3, 1, 1]);
     Tensor::from_data(data, device)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decoding_undoes_encoding() {
+        let light = [0.0, 1e-4, 0.01, 0.3, 1.0, 40.0];
+        let tensor = Tensor::<1>::from_floats(light, &Device::flex());
+        let back = decode(encode(tensor))
+            .into_data()
+            .try_into_vec::<f32>()
+            .unwrap();
+        for (a, b) in back.iter().zip(light) {
+            assert!((a - b).abs() < 1e-5 * (1.0 + b), "{a}, not {b}");
+        }
+    }
 }

@@ -240,6 +240,102 @@ impl UNetConfig {
     }
 }
 
+/// Convolutions between channels of equal counts do the same at any place of the network, so each block takes the weights of
+/// that block of another network which sees the picture as small; blocks that the other lacks take its nearest.
+impl UNetConfig {
+    /// A network of this shape that starts with the weights of `from`, which has the shape `of`. Outputs are `rows`,
+    /// `[3·lamps, 3·lamps of the other]`, times the other's, their biases moved by `shift`. None if the channels,
+    /// normalisation or formulation differ.
+    pub fn grown(
+        &self,
+        (of, from): (&Self, &UNet),
+        (rows, shift): (Tensor<2>, Tensor<1>),
+        mean_output: f32,
+        device: &Device,
+    ) -> Option<UNet> {
+        let plain = |config: &Self| Self {
+            size: 0,
+            lamps: 0,
+            depth: None,
+            precision: Precision::Full,
+            ..config.clone()
+        };
+        if plain(self) != plain(of) || self.normalization == Normalization::Batch {
+            return None;
+        }
+        let mut grown = self.init(mean_output, device);
+        let (count, others) = (self.blocks(), of.blocks());
+        // Blocks without normalisation are the innermost.
+        let normalized = |config: &Self, block| config.normalized(block) != Normalization::None;
+        let like = |block: usize| {
+            if block == 0 || normalized(self, block) {
+                let last = (0..others).rev().find(|&b| b == 0 || normalized(of, b));
+                block.min(last.unwrap_or(0))
+            } else {
+                others.saturating_sub(count - block)
+            }
+        };
+        for (block, own) in grown.encoder.iter_mut().enumerate() {
+            let theirs = &from.encoder[like(block)];
+            let is_same = theirs.group.is_some() == own.group.is_some();
+            if is_same
+                && take(&mut own.convolution, &theirs.convolution, device)
+                && let (Some(own), Some(theirs)) = (&mut own.group, &theirs.group)
+            {
+                own.gamma = theirs.gamma.as_ref().map(|gamma| copied(gamma, device));
+                own.beta = theirs.beta.as_ref().map(|beta| copied(beta, device));
+            }
+        }
+        for (place, own) in grown.decoder.iter_mut().enumerate() {
+            let theirs = like(count - 2 - place).min(others - 2);
+            take(own, &from.decoder[others - 2 - theirs], device);
+        }
+        let theirs = &from.output;
+        let [outputs, channels, height, width] = theirs.weight.dims();
+        let flat =
+            constant(&theirs.weight.val(), device).reshape([outputs, channels * height * width]);
+        let weight = rows
+            .clone()
+            .matmul(flat)
+            .reshape([3 * self.lamps, channels, height, width]);
+        if grown.output.weight.dims() != weight.dims() {
+            return None;
+        }
+        let bias = theirs.bias.as_ref()?;
+        let bias = rows
+            .matmul(constant(&bias.val(), device).reshape([outputs, 1]))
+            .flatten::<1>(0, 1)
+            + shift;
+        grown.output.weight = parameter(&weight, device);
+        grown.output.bias = Some(parameter(&bias, device));
+        Some(grown)
+    }
+}
+
+/// Values on a device, without a history.
+fn constant<const D: usize>(values: &Tensor<D>, device: &Device) -> Tensor<D> {
+    Tensor::from_data(values.clone().into_data().convert::<f32>(), device)
+}
+
+/// A parameter of its own with these values.
+fn parameter<const D: usize>(values: &Tensor<D>, device: &Device) -> Param<Tensor<D>> {
+    Param::from_tensor(constant(values, device))
+}
+
+fn copied<const D: usize>(param: &Param<Tensor<D>>, device: &Device) -> Param<Tensor<D>> {
+    parameter(&param.val(), device)
+}
+
+/// Gives a convolution the weights of another, if it has their shape; otherwise it stays.
+fn take(own: &mut Conv2d, theirs: &Conv2d, device: &Device) -> bool {
+    if own.weight.dims() != theirs.weight.dims() {
+        return false;
+    }
+    own.weight = copied(&theirs.weight, device);
+    own.bias = theirs.bias.as_ref().map(|bias| copied(bias, device));
+    true
+}
+
 /// What a network costs for one picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
@@ -298,6 +394,18 @@ impl UNet {
     /// channel `lamp · 3 + c` is colour c of a lamp.
     pub fn forward(&self, plate: Tensor<4>) -> Tensor<4> {
         self.forward_lamps(plate, None)
+    }
+
+    /// What the encoder makes of plates `[n, 3, size, size]` up to and with block `block`: `[n, channels, size / 2^block, …]`.
+    pub fn encoded(&self, plate: Tensor<4>, block: usize) -> Tensor<4> {
+        let mut x = plate;
+        for (i, block) in self.encoder.iter().take(block + 1).enumerate() {
+            if i > 0 {
+                x = kernels::blur_pool(x);
+            }
+            x = block.forward(x, self.precision, self.statistics);
+        }
+        x
     }
 
     /// The outputs of some lamps; None means all. The last layer is not computed for the others.

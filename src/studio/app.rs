@@ -1,7 +1,9 @@
 //! The application: it takes in what the threads report, draws the panels, applies their commands and asks for
 //! the picture that the state calls for.
 
+mod accuracy;
 mod autosave;
+mod closing;
 mod commands;
 mod dialogs;
 mod drops;
@@ -9,6 +11,7 @@ mod errands;
 mod exports;
 mod gpu_lost;
 mod jobs;
+mod machine;
 mod painting;
 mod picker;
 mod preview;
@@ -28,6 +31,7 @@ use super::layout::Pane;
 use super::matte_painting::MattePainting;
 use super::network_review::NetworkReview;
 use super::panel_context::PanelContext;
+use super::pointer_order::PointerOrder;
 use super::preferences::Preferences;
 use super::project_check::ProjectCheck;
 use super::state::State;
@@ -43,6 +47,7 @@ use egui::{Context, UserAttentionType};
 use errands::Errands;
 use exports::Exports;
 use gpu::{DeviceChoice, Gpu};
+use machine::Machine;
 use picker::ProjectPicker;
 use preview::Preview;
 use project::Project;
@@ -66,6 +71,7 @@ pub struct StudioApp {
     picker: ProjectPicker,
     dialogs: Dialogs,
     errands: Errands,
+    machine: Machine,
     autosave: Autosave,
     view: WindowView,
     /// The panes that were drawn last.
@@ -131,6 +137,7 @@ impl StudioApp {
 
     fn empty(ctx: &Context, preferences: Preferences, device: DeviceChoice) -> Self {
         theme::apply(ctx);
+        ctx.add_plugin(PointerOrder::default());
         let wake = {
             let ctx = ctx.clone();
             move || ctx.request_repaint()
@@ -148,6 +155,7 @@ impl StudioApp {
             picker: ProjectPicker::new(wake.clone()),
             dialogs: Dialogs::new(wake.clone()),
             errands: Errands::default(),
+            machine: Machine::new(wake.clone()),
             autosave: Autosave::new(preferences, wake),
             view: WindowView::default(),
             shown: Vec::new(),
@@ -239,13 +247,21 @@ impl StudioApp {
     fn receive(&mut self) {
         self.receive_events();
         self.readers.receive(&self.ctx);
+        self.machine.receive();
         self.make_mattes();
         self.finish_errands();
         self.open_made();
         self.exports.destination.receive();
-        let unsaved = self.autosave.failures().chain(self.library.receive());
+        let unreadable = self.library.receive();
+        let withdrawn = unreadable
+            .into_iter()
+            .filter(|(origin, _)| self.state.withdraw(origin))
+            .map(|(_, sentence)| sentence);
+        let withdrawn: Vec<String> = withdrawn.collect();
+        let unsaved = self.autosave.failures().chain(self.library.unsaved());
         let unread = self.readers.inspector.failure();
         let failures = unsaved
+            .chain(withdrawn)
             .chain(unread)
             .chain(self.exports.destination.failure());
         failures.for_each(|failure| self.status.refuse(failure));
@@ -297,6 +313,8 @@ impl StudioApp {
             probe: self.readers.analysis.probe.as_ref(),
             gamma: self.readers.analysis.gamma.as_ref(),
             review: &self.readers.review,
+            accuracy: &self.readers.accuracy,
+            machine: self.machine.report.as_ref(),
             check: &self.readers.check,
             training: &self.readers.training,
             read_only: self.session.read_only.as_deref(),
@@ -326,7 +344,7 @@ impl StudioApp {
                 &mut self.status,
             );
         }
-        if self.shown.contains(&Pane::Project) {
+        if self.shown.contains(&Pane::Project) || self.session.project.is_some() {
             self.picker.ask(self.autosave.recent(), wake.clone());
         }
         if let Some(project) = &self.session.project {
@@ -334,7 +352,15 @@ impl StudioApp {
                 self.exports.ask(&self.state, &project.root);
             }
             let relit = self.preview.relit.as_ref();
-            (self.readers).ask(project, &self.state, &self.shown, relit, wake.clone());
+            let measuring = self.status.job.is_some();
+            (self.readers).ask(
+                project,
+                &self.state,
+                &self.shown,
+                (measuring, self.device),
+                relit,
+                wake.clone(),
+            );
             let still = !self.state.playing && !self.ctx.input(|i| i.pointer.any_down());
             if still && self.status.phase != Phase::Opening {
                 let environments = self.library.entries();
@@ -369,6 +395,7 @@ impl eframe::App for StudioApp {
             return;
         }
         self.receive();
+        self.ask_before_closing();
         let mut commands = Vec::new();
         commands.extend(self.chosen());
         keys::pressed(&self.ctx, self.state.active, &mut commands);

@@ -18,6 +18,7 @@ use light::keyframes::Interpolation;
 use project::Framing;
 use scene::{Background, Effects, Inspection};
 use std::path::PathBuf;
+use tradeoff::TradeoffSettings;
 use worker::Need;
 
 /// One wish, by who handles it.
@@ -29,11 +30,15 @@ pub enum Command {
     Calibration(CalibrationCommand),
     Training(TrainingCommand),
     Review(ReviewCommand),
+    Accuracy(AccuracyCommand),
     Matte(MatteCommand),
     Export(ExportCommand),
     Project(ProjectCommand),
     Job(JobCommand),
+    Machine(MachineCommand),
     Dialog(Dialog),
+    /// These paths were chosen in a dialog, or typed or dropped in its place.
+    Chosen(Dialog, Vec<PathBuf>),
 }
 
 /// Changes settings that can be undone.
@@ -115,6 +120,10 @@ pub enum ViewCommand {
     ToggleWipe,
     /// Show the other of the two pictures alone.
     ToggleSecond,
+    /// Show over the picture where errors are expected, or stop that.
+    ToggleDoubts,
+    /// Show a measured frame or pose and lamp beside the truth; None to end that.
+    Cell(Option<(usize, usize)>),
     /// Show the frame under this lamp alone; None for the environment.
     Solo(Option<usize>),
     /// Add this lamp to those that are shown, or remove it.
@@ -165,15 +174,33 @@ pub enum WindowCommand {
     ToggleKeys,
     /// Open the list of all commands, or close it.
     TogglePalette,
+    /// Open what this machine can do, or close it.
+    ToggleMachine,
     /// Zoom until a pixel of the picture is one of the screen.
     ActualSize,
-    /// Close what covers the picture, and leave full screen; else as [`Self::DismissRefusal`].
+    /// Close what covers the picture, leave full screen, do as [`Self::DismissRefusal`], or light by all lamps again: the first of
+    /// these that applies.
     Dismiss,
     /// Close the message that says why something could not be done.
     DismissRefusal,
+    /// Close the window, whatever is running.
+    Close,
+    /// Close the field for a path.
+    ClosePath,
+    /// Close the question whether to close.
+    KeepOpen,
     /// Close the last message of a job.
     DismissMessage,
     ClearLog,
+}
+
+/// Measures what this machine can do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MachineCommand {
+    /// Measure for at most so many minutes.
+    Measure(f64),
+    /// Write what was found into this file.
+    Save(PathBuf),
 }
 
 /// Calibrates, by hand or by fitting.
@@ -209,6 +236,19 @@ pub enum ReviewCommand {
     Report(PathBuf),
     /// Save a verdict and a note.
     Mark(Box<MarkedOlat>),
+    /// Find out which frames are unlike every pose and, in so many minutes of training, how large errors are.
+    Trust(Option<f64>),
+}
+
+/// Measures what accuracy costs in time, and chooses.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AccuracyCommand {
+    /// Measure, or go on with it.
+    Measure(Box<TradeoffSettings>),
+    /// Use the network of this rung.
+    Apply(String),
+    /// Read these pictures of rungs.
+    Draw(Vec<String>),
 }
 
 /// Paints mattes.
@@ -308,4 +348,6 @@ pub enum Dialog {
     Truth,
     /// Where to write the review's page.
     ReportPage,
+    /// Where to write what this machine can do.
+    MachineReport,
 }

@@ -155,8 +155,9 @@ impl EnvironmentLibrary {
         self.list = list.clone();
     }
 
-    /// Takes in what was loaded; returns a sentence for each list that could not be saved.
-    pub fn receive(&mut self) -> Vec<String> {
+    /// Takes in what was loaded; returns those that cannot be read, with a sentence each.
+    pub fn receive(&mut self) -> Vec<(Origin, String)> {
+        let mut unreadable = Vec::new();
         for (origin, read) in self.loader.loaded() {
             let panorama = match read {
                 Ok(panorama) => {
@@ -170,7 +171,10 @@ impl EnvironmentLibrary {
                         thumbnail,
                     }
                 }
-                Err(e) => PanoramaState::Failed(e.to_string()),
+                Err(e) => {
+                    unreadable.push((origin.clone(), e.to_string()));
+                    PanoramaState::Failed(e.to_string())
+                }
             };
             let waiting = |e: &&mut EnvironmentEntry| {
                 e.listed.origin == origin && matches!(e.panorama, PanoramaState::Waiting)
@@ -179,6 +183,11 @@ impl EnvironmentLibrary {
                 entry.panorama = panorama;
             }
         }
+        unreadable
+    }
+
+    /// A sentence for each list that could not be saved since the last call.
+    pub fn unsaved(&self) -> Vec<String> {
         let failures = self.writer.iter().flat_map(|writer| writer.failures());
         failures.collect()
     }

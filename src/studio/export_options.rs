@@ -134,14 +134,18 @@ impl ExportOptions {
         }
     }
 
-    /// Everything that the export needs: later changes of the look do not affect it.
+    /// Everything that the export needs, under the lamps `solo` alone if there are any: later changes of the look do not
+    /// affect it.
     pub fn settings(
         &self,
         project: &Project,
         look: &LookSettings,
+        solo: &[usize],
         environment: Arc<Environment>,
         device: DeviceChoice,
     ) -> RelightSettings {
+        let lamp = |lamp: &usize| project.settings.shoot.lamps.get(*lamp).cloned();
+        let solo = solo.iter().filter_map(lamp).collect();
         // With keyframes the value is that of the current frame, and is left out.
         let free = |of, value| if look.is_keyed(of) { 0.0 } else { value };
         RelightSettings {
@@ -151,6 +155,7 @@ impl ExportOptions {
             mapping: None,
             yaw_deg: free(Keyframed::Yaw, look.yaw_deg),
             turntable: false,
+            solo,
             yaw_keys: look.yaw_keys.clone(),
             lighting: Lighting {
                 intensity_stops: free(Keyframed::Intensity, look.lighting.intensity_stops),

@@ -8,6 +8,8 @@ use std::collections::HashSet;
 pub const TABS_HEIGHT: f32 = 24.0;
 /// Width of the border between two tiles in points.
 pub const BORDER: f32 = 2.0;
+/// Height in points of timeline and log: the ruler fits, and three lines of the log.
+const BELOW: f32 = 112.0;
 /// Smallest width and height of the main pane in points.
 const LEAST: f32 = 120.0;
 
@@ -30,6 +32,7 @@ pub enum Pane {
     Export,
     Checks,
     Log,
+    Accuracy,
 }
 
 /// An arrangement of the window.
@@ -50,7 +53,7 @@ pub enum Workspace {
 
 impl Pane {
     /// All of them, in the order of the menu.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Project,
         Self::Footage,
         Self::Probe,
@@ -64,6 +67,7 @@ impl Pane {
         Self::Scopes,
         Self::Lamps,
         Self::Review,
+        Self::Accuracy,
         Self::Export,
         Self::Checks,
         Self::Log,
@@ -85,6 +89,7 @@ impl Pane {
             Self::Scopes => "Scopes",
             Self::Lamps => "Lamps",
             Self::Review => "Measurements",
+            Self::Accuracy => "Accuracy",
             Self::Export => "Export",
             Self::Checks => "Checks",
             Self::Log => "Log",
@@ -117,7 +122,7 @@ impl Workspace {
     pub fn main(self) -> &'static [Pane] {
         match self {
             Self::Calibrate => &[Pane::Probe, Pane::Gamma],
-            Self::Review => &[Pane::Lamps],
+            Self::Review => &[Pane::Lamps, Pane::Accuracy],
             Self::Train => &[Pane::Training],
             _ => &[Pane::Picture],
         }
@@ -147,7 +152,7 @@ impl Workspace {
                 divided(
                     &mut tiles,
                     LinearDir::Vertical,
-                    &[(main, 0.0), (below, 78.0)],
+                    &[(main, 0.0), (below, BELOW)],
                 )
             }
             Self::Train => {
@@ -157,7 +162,7 @@ impl Workspace {
                 let right = divided(
                     &mut tiles,
                     LinearDir::Vertical,
-                    &[(picture, 900.0), (below, 90.0)],
+                    &[(picture, 900.0), (below, BELOW)],
                 );
                 let columns = [(main, 0.0), (right, 400.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
@@ -169,7 +174,7 @@ impl Workspace {
                 let left = divided(
                     &mut tiles,
                     LinearDir::Vertical,
-                    &[(main, 0.0), (below, 78.0)],
+                    &[(main, 0.0), (below, BELOW)],
                 );
                 let columns = [(left, 0.0), (right, 360.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
@@ -182,7 +187,7 @@ impl Workspace {
                 let left = divided(
                     &mut tiles,
                     LinearDir::Vertical,
-                    &[(main, 0.0), (below, 78.0)],
+                    &[(main, 0.0), (below, BELOW)],
                 );
                 let right = divided(
                     &mut tiles,
@@ -200,7 +205,7 @@ impl Workspace {
                 let middle = divided(
                     &mut tiles,
                     LinearDir::Vertical,
-                    &[(main, 0.0), (below, 78.0)],
+                    &[(main, 0.0), (below, BELOW)],
                 );
                 let columns = [(left, 208.0), (middle, 0.0), (right, 284.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)

@@ -1,6 +1,7 @@
 //! The studio: a window with the relit frame, the timeline and the light. Panels emit [`Command`]s,
 //! [`StudioApp`] applies them; pictures come from [`worker`], and the window never waits for it.
 
+mod accuracy;
 mod app;
 mod calibration_analysis;
 mod command;
@@ -21,6 +22,7 @@ mod palette;
 mod panel_context;
 mod panels;
 mod pixel_inspector;
+mod pointer_order;
 mod preferences;
 mod project_check;
 mod recents;

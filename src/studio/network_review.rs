@@ -1,11 +1,15 @@
 //! What the window knows of the review. A thread of its own draws the sheet and saves the marks.
 
+use confidence::ConfidenceReport;
 use evaluation::review::{MarkedOlat, Marks};
+use gpu::DeviceChoice;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
 use worker::background::drop_later;
-use worker::{LampSheet, PredictedFrame, PreviewPicture, ReviewThread, SavedReview};
+use worker::{
+    Cell, CellPictures, LampSheet, PredictedFrame, PreviewPicture, ReviewThread, SavedReview,
+};
 
 /// The thread's answers; it starts when it is first needed.
 #[derive(Default)]
@@ -14,6 +18,8 @@ pub struct NetworkReview {
     pub sheet: Option<Result<Arc<LampSheet>, String>>,
     /// The review that is saved in the project, or why it cannot be read.
     pub saved: Option<Result<Arc<SavedReview>, String>>,
+    /// The cell that was asked for last beside its truth, or why it cannot be shown; None until it is made.
+    pub cell: Option<Result<Arc<CellPictures>, String>>,
     /// The current marks; they may not be written yet.
     pub marks: Marks,
     /// Why the marks could not be written.
@@ -21,6 +27,7 @@ pub struct NetworkReview {
     thread: Option<ReviewThread>,
     /// The prediction whose sheet was asked for last.
     drawn: Option<Arc<PredictedFrame>>,
+    compared: Option<Cell>,
     /// Whether the saved review was asked for since it may have changed.
     asked: bool,
     /// Whether marks were set in this window.
@@ -31,12 +38,14 @@ impl NetworkReview {
     /// A job may have changed the saved review.
     pub fn invalidate(&mut self) {
         self.asked = false;
+        (self.compared, self.cell) = (None, None);
     }
 
     /// Takes in the newest answers.
     pub fn receive(&mut self) {
         let Some(thread) = &self.thread else { return };
         self.sheet = thread.sheet().or(self.sheet.take());
+        self.cell = thread.cell().or(self.cell.take());
         if let Some(written) = thread.written() {
             self.failure = written.err();
         }
@@ -50,11 +59,12 @@ impl NetworkReview {
     }
 
     /// Asks for what the review shows, if that changed. Called while it is visible; `relit` is None while a clip
-    /// plays.
+    /// plays. `cell` has indices of case and lamp, and the device for the network.
     pub fn ask(
         &mut self,
         project: &Project,
         relit: Option<&Arc<PreviewPicture>>,
+        cell: Option<(usize, usize, DeviceChoice)>,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) {
         let start = || ReviewThread::start(project.root.clone(), wake);
@@ -63,6 +73,25 @@ impl NetworkReview {
             thread.read();
             self.asked = true;
         }
+        let review = match &self.saved {
+            Some(Ok(saved)) => saved.review.as_ref(),
+            _ => None,
+        };
+        let cell = cell.and_then(|(case, lamp, device)| {
+            let (review, case) = (review?, review?.cases.get(case)?);
+            Some(Cell {
+                case: case.case,
+                scale: case.scale,
+                lamp,
+                truth: review.truth.clone(),
+                device,
+            })
+        });
+        if cell.is_some() && cell != self.compared {
+            self.cell = None;
+            cell.iter().for_each(|cell| thread.compare(cell.clone()));
+        }
+        self.compared = cell;
         if let Some(relit) = relit {
             let same = |drawn: &Arc<PredictedFrame>| Arc::ptr_eq(drawn, &relit.predicted);
             if !self.drawn.as_ref().is_some_and(same) {
@@ -87,6 +116,13 @@ impl NetworkReview {
         self.edited = true;
         thread.write(self.marks.clone());
         Ok(())
+    }
+
+    /// How far frames can be trusted, if that was found out for the present network.
+    pub fn confidence(&self) -> Option<&Arc<ConfidenceReport>> {
+        let saved = self.saved.as_ref()?.as_ref().ok()?;
+        let (report, fits) = saved.confidence.as_ref().ok()?.as_ref()?;
+        fits.then_some(report)
     }
 
     /// The truth that was measured against last.

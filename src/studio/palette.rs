@@ -1,4 +1,4 @@
-//! The list of all commands: typing filters it, Enter runs the first.
+//! The list of all commands: typing filters it, arrow keys choose, Enter runs the chosen one.
 
 use super::command::{Command, Dialog, JobCommand, LookCommand, ProjectCommand, WindowCommand};
 use super::keys;
@@ -8,7 +8,7 @@ use super::theme::{self, GAP};
 use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 
 /// Commands that have no key.
-const OTHERS: [(&str, Command); 9] = [
+const OTHERS: [(&str, Command); 10] = [
     ("New project…", Command::Project(ProjectCommand::New(None))),
     ("Open project…", Command::Dialog(Dialog::Project)),
     ("Add environments…", Command::Dialog(Dialog::Environments)),
@@ -21,6 +21,10 @@ const OTHERS: [(&str, Command); 9] = [
         Command::Dialog(Dialog::Truth),
     ),
     ("Save the report…", Command::Dialog(Dialog::ReportPage)),
+    (
+        "What can this machine do?",
+        Command::Window(WindowCommand::ToggleMachine),
+    ),
     ("Stop the job", Command::Job(JobCommand::Stop)),
     (
         "Reset the layout of panels",
@@ -40,6 +44,8 @@ struct PaletteEntry {
 #[derive(Default)]
 pub struct Palette {
     typed: String,
+    /// The entry that Enter runs.
+    chosen: usize,
 }
 
 impl Palette {
@@ -56,16 +62,36 @@ impl Palette {
                 egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Find a command")
             });
             response.request_focus();
+            if response.changed() {
+                self.chosen = 0;
+            }
             let found = matching(all(ui.ctx(), context), &self.typed);
-            let enter = ui.input(|i| i.key_pressed(Key::Enter));
-            let mut chosen = (found.first().filter(|_| enter)).map(|first| first.command.clone());
+            let (enter, down, up) = ui.input(|i| {
+                let presses = |key| i.num_presses(key);
+                (
+                    i.key_pressed(Key::Enter),
+                    presses(Key::ArrowDown),
+                    presses(Key::ArrowUp),
+                )
+            });
+            let last = found.len().saturating_sub(1);
+            self.chosen = (self.chosen + down).saturating_sub(up).min(last);
+            let first = found.get(self.chosen).filter(|_| enter);
+            let mut chosen = first.map(|first| first.command.clone());
+            // Of one height, so that nothing jumps while the list gets shorter.
             ScrollArea::vertical()
                 .max_height(320.0)
-                .auto_shrink([false, true])
+                .min_scrolled_height(320.0)
+                .auto_shrink(false)
                 .show(ui, |ui| {
-                    for entry in &found {
+                    for (place, entry) in found.iter().enumerate() {
                         ui.horizontal(|ui| {
-                            if ui.selectable_label(false, &entry.label).clicked() {
+                            let is_chosen = place == self.chosen;
+                            let line = ui.selectable_label(is_chosen, &entry.label);
+                            if is_chosen && down + up > 0 {
+                                line.scroll_to_me(None);
+                            }
+                            if line.clicked() {
                                 chosen = Some(entry.command.clone());
                             }
                             let right = egui::Layout::right_to_left(egui::Align::Center);
@@ -81,7 +107,7 @@ impl Palette {
             chosen
         });
         if shown.inner.is_some() || shown.should_close() {
-            self.typed.clear();
+            (self.typed, self.chosen) = (String::new(), 0);
             out.push(Command::Window(WindowCommand::TogglePalette));
             out.extend(shown.inner);
         }

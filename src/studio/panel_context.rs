@@ -1,6 +1,7 @@
 //! What panels see. A panel is a struct with `ui(&mut self, ui, &PanelContext, &mut Vec<Command>)`: it keeps
 //! what only the drawing needs, reads the rest here, and changes nothing but by commands.
 
+use super::accuracy::Accuracy;
 use super::destination_check::ExistingFiles;
 use super::environment_library::EnvironmentEntry;
 use super::environment_list::ListedEnvironment;
@@ -14,8 +15,11 @@ use super::state::State;
 use super::status::{Phase, Status};
 use super::training::Training;
 use super::wizard::Wizard;
+use benchmark::MachineReport;
 use project::Project;
+use std::path::PathBuf;
 use std::sync::Arc;
+use tradeoff::Against;
 use worker::{Export, GammaView, PreviewPicture, ProbeView};
 
 /// Everything that panels can show.
@@ -41,6 +45,10 @@ pub struct PanelContext<'a> {
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
     /// The current frame under every lamp, and how close the network is to the truth.
     pub review: &'a NetworkReview,
+    /// What each way to go costs, and how near it comes to the truth.
+    pub accuracy: &'a Accuracy,
+    /// What this machine can do, as far as it was measured.
+    pub machine: Option<&'a MachineReport>,
     /// How far the project can be trusted.
     pub check: &'a ProjectCheck,
     /// The network's training.
@@ -63,6 +71,16 @@ impl PanelContext<'_> {
         matches!(self.status.phase, Phase::Ready { .. })
     }
 
+    /// The truth that accuracy is measured against: the one that was used last, or the shoot's own.
+    pub fn accuracy_truth(&self) -> Option<PathBuf> {
+        let measured = self.accuracy.measured().map(|ledger| &ledger.against);
+        let used = measured.and_then(|against| match against {
+            Against::Truth(folder) => Some(folder.clone()),
+            Against::Pose(_) => None,
+        });
+        used.or_else(|| self.review.truth())
+    }
+
     /// Whether a visible pane shows the running job with its buttons.
     pub fn job_has_pane(&self) -> bool {
         self.training.running && self.shown.contains(&Pane::Training)
@@ -79,6 +97,17 @@ impl PanelContext<'_> {
         match entry.listed.is_ambiguous(&self.state.look.environments) {
             true => format!("{name}, {}", owner.says()),
             false => name.clone(),
+        }
+    }
+
+    /// The lamps that light the subject alone, `first` and how many more.
+    pub fn lamps_named(&self, first: usize) -> String {
+        let lamps = self.project.map(|project| &project.settings.shoot.lamps);
+        let name = lamps.and_then(|lamps| lamps.get(first));
+        let name = name.map_or_else(|| format!("lamp {first}"), Clone::clone);
+        match self.state.solo.len() {
+            0 | 1 => name,
+            all => format!("{name} and {} more", all - 1),
         }
     }
 

@@ -1,6 +1,6 @@
 //! What the window shows, as plain data, and how commands change it.
 
-use super::command::{LookCommand, ViewCommand};
+use super::command::{Dialog, LookCommand, ViewCommand};
 use super::comparison::{CompareMode, CompareSettings};
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
@@ -9,6 +9,7 @@ use super::look::LookSettings;
 use project::Project;
 use scene::{Inspection, Output, Scene};
 use std::mem::{Discriminant, discriminant, replace};
+use worker::Origin;
 
 /// What a difference between two pictures is multiplied by.
 pub const GAIN: f32 = 4.0;
@@ -33,6 +34,34 @@ impl View {
     };
 }
 
+/// What can be chosen in a file dialog.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    Folder,
+    Files,
+    /// A file to write, which need not be there.
+    NewFile,
+}
+
+/// The field for a path that is open beside a file dialog.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathEntry {
+    pub dialog: Dialog,
+    pub title: &'static str,
+    pub wanted: Wanted,
+    /// What the field begins with.
+    pub begun: String,
+    /// Why the system shows no dialog, if it does not.
+    pub missing: Option<String>,
+}
+
+/// A panorama that was added, and what was shown before.
+#[derive(Clone, Debug, PartialEq)]
+struct Added {
+    origin: Origin,
+    before: Option<Origin>,
+}
+
 /// The window's state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
@@ -48,9 +77,13 @@ pub struct State {
     pub pose: usize,
     /// The lamps that the frame is shown under, ascending; empty for the environment.
     pub solo: Vec<usize>,
+    /// The measured frame or pose and lamp that are shown beside the truth: indices in the review.
+    pub cell: Option<(usize, usize)>,
     /// Where the wipe between two pictures is: 0 left, 1 right.
     pub wipe: f32,
     pub compare: CompareSettings,
+    /// Where errors are expected lies over the picture.
+    pub doubts: bool,
     /// Number of the rig's lamps, once it is known.
     pub lamps: usize,
     /// Lamps of the shoot that the network is trained with.
@@ -77,6 +110,14 @@ pub struct State {
     pub keys: bool,
     /// The list of commands is open.
     pub palette: bool,
+    /// What this machine can do lies over the window.
+    pub machine: bool,
+    /// The field for a path, while a file dialog is open or missing.
+    pub path: Option<PathEntry>,
+    /// What a close that was asked for would end, a sentence each; empty unless the question is open.
+    pub closing: Vec<String>,
+    /// Panoramas that were added since the window was opened.
+    added: Vec<Added>,
     undo: Vec<LookSettings>,
     redo: Vec<LookSettings>,
     /// The kind of change that a drag makes: all of it is undone at once.
@@ -93,8 +134,10 @@ impl State {
             photograph: None,
             trained_lamp: 0,
             pose: 0,
+            cell: None,
             wipe: 0.5,
             compare: CompareSettings::default(),
+            doubts: false,
             solo: Vec::new(),
             lamps: 0,
             shoot_lamps: 0,
@@ -111,6 +154,10 @@ impl State {
             full_screen: false,
             keys: false,
             palette: false,
+            machine: false,
+            path: None,
+            closing: Vec::new(),
+            added: Vec::new(),
             undo: Vec::new(),
             redo: Vec::new(),
             dragging: None,
@@ -164,7 +211,30 @@ impl State {
     }
 
     /// Changes the settings. What a drag changes is one step of undo, and what changes nothing is none.
+    ///
+    /// Another environment ends [`Self::solo`]: it would change nothing that is seen.
     pub fn change(&mut self, command: LookCommand) {
+        let lit_by = self.look.environment;
+        let chosen = matches!(command, LookCommand::Environment(_));
+        let list = match command {
+            LookCommand::AddEnvironments(_) => Some(self.look.environments.clone()),
+            _ => None,
+        };
+        self.set(command);
+        if let Some(list) = list {
+            let before = list.get(lit_by).map(|listed| listed.origin.clone());
+            let new = self.look.environments.iter().skip(list.len());
+            self.added.extend(new.map(|listed| Added {
+                origin: listed.origin.clone(),
+                before: before.clone(),
+            }));
+        }
+        if chosen || self.look.environment != lit_by {
+            self.solo.clear();
+        }
+    }
+
+    fn set(&mut self, command: LookCommand) {
         let kind = discriminant(&command);
         let mut look = self.look.clone();
         match command {
@@ -207,9 +277,47 @@ impl State {
         }
     }
 
+    /// Takes a panorama out of the list that was added since the window was opened and cannot be read, and shows the one that
+    /// was shown before. Returns whether it was such a one.
+    pub fn withdraw(&mut self, origin: &Origin) -> bool {
+        let Some(added) = self.added.iter().position(|added| added.origin == *origin) else {
+            return false;
+        };
+        let before = self.added.remove(added).before;
+        let lists = self.undo.iter_mut().chain(&mut self.redo);
+        for look in lists.chain([&mut self.look]) {
+            let place = |look: &LookSettings, of: &Origin| {
+                let mut list = look.environments.iter();
+                list.position(|listed| listed.origin == *of)
+            };
+            if let Some(at) = place(look, origin) {
+                let is_shown = look.environment == at;
+                look.remove(at);
+                if let Some(before) = before.as_ref().filter(|_| is_shown) {
+                    look.environment = place(look, before).unwrap_or(look.environment);
+                }
+            }
+        }
+        // Nothing is left to undo of the addition.
+        while self.undo.last() == Some(&self.look) {
+            self.undo.pop();
+        }
+        true
+    }
+
     /// Changes what is shown.
+    ///
+    /// What asks for another frame or lamp ends [`Self::cell`].
     pub fn show(&mut self, command: ViewCommand) {
+        use ViewCommand::{Frame, LastFrame, Solo, SoloAlso, StepFrame, StepSolo, TogglePlay};
+        if matches!(
+            command,
+            Frame(_) | StepFrame(_) | LastFrame | TogglePlay | Solo(_) | SoloAlso(_) | StepSolo(_)
+        ) {
+            self.cell = None;
+        }
         match command {
+            ViewCommand::Cell(cell) => self.cell = cell,
             ViewCommand::Photograph(lamp) => self.photograph = lamp,
             ViewCommand::StepPhotograph(step) => {
                 self.photograph = next(self.photograph, step, self.photographed_lamps);
@@ -230,6 +338,7 @@ impl State {
             }
             ViewCommand::Compare(compare) => self.compare = compare,
             ViewCommand::ToggleWipe => self.compare.toggle_wipe(),
+            ViewCommand::ToggleDoubts => self.doubts = !self.doubts,
             ViewCommand::ToggleSecond => self.compare.toggle_second(),
             ViewCommand::Solo(lamp) => self.solo = lamp.into_iter().collect(),
             ViewCommand::SoloAlso(lamp) => match self.solo.binary_search(&lamp) {

@@ -13,13 +13,19 @@ pub const WELL: Color32 = Color32::from_gray(24);
 pub const TEXT: Color32 = Color32::from_gray(222);
 /// Secondary text.
 pub const QUIET: Color32 = Color32::from_gray(160);
-/// What is chosen or being dragged: the one colour.
+/// What is chosen, dragged or on now, and nothing else.
 pub const ACCENT: Color32 = Color32::from_rgb(232, 164, 80);
+/// What a person has to know or put right; words always stand beside it.
+pub const WARNING: Color32 = Color32::from_rgb(244, 124, 92);
+/// A main button, and what is done of a job.
+pub const PRIMARY: Color32 = Color32::from_rgb(44, 98, 150);
+/// Frames that are predicted already.
+pub const CACHED: Color32 = Color32::from_rgb(86, 148, 196);
+/// Keys of what is animated.
+pub const KEY: Color32 = Color32::from_rgb(204, 150, 190);
 /// Nothing to do, and something is wrong; a word always stands beside them.
 pub const GREEN: Color32 = Color32::from_rgb(112, 176, 112);
-pub const RED: Color32 = Color32::from_rgb(226, 98, 84);
-/// A main button, and what is done already.
-pub const ACCENT_DIM: Color32 = Color32::from_rgb(122, 92, 56);
+pub const RED: Color32 = Color32::from_rgb(236, 112, 99);
 /// Distance between things in points.
 pub const GAP: f32 = 8.0;
 
@@ -51,7 +57,7 @@ pub fn apply(ctx: &egui::Context) {
         visuals.faint_bg_color = Color32::from_gray(44);
         visuals.weak_text_color = Some(QUIET);
         visuals.hyperlink_color = ACCENT;
-        visuals.warn_fg_color = ACCENT;
+        visuals.warn_fg_color = WARNING;
         visuals.selection.bg_fill = Color32::from_gray(92);
         visuals.selection.stroke = Stroke::new(1.0, Color32::WHITE);
         let widgets = &mut visuals.widgets;
@@ -72,4 +78,31 @@ pub fn apply(ctx: &egui::Context) {
         widgets.hovered.bg_stroke = Stroke::new(1.0, Color32::from_gray(110));
         widgets.active.bg_stroke = Stroke::new(1.0, ACCENT);
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use imaging::color::{linear_from_srgb, luminance};
+
+    /// The contrast of two colours (WCAG 2.2, contrast ratio).
+    fn contrast(a: Color32, b: Color32) -> f32 {
+        let light = |color: Color32| {
+            let [r, g, b, _] = color.to_array();
+            0.05 + luminance([r, g, b].map(|code| linear_from_srgb(f32::from(code) / 255.0)))
+        };
+        let (a, b) = (light(a), light(b));
+        a.max(b) / a.min(b)
+    }
+
+    #[test]
+    fn what_has_to_be_read_stands_out_from_its_ground() {
+        for color in [TEXT, QUIET, ACCENT, WARNING, CACHED, KEY, GREEN, RED] {
+            for ground in [PANEL, WELL] {
+                let found = contrast(color, ground);
+                assert!(found >= 4.5, "{color:?} on {ground:?}: {found:.2}");
+            }
+        }
+        assert!(contrast(TEXT, PRIMARY) >= 4.5);
+    }
 }

@@ -4,9 +4,9 @@ use super::command::{Command, WindowCommand};
 use super::layout::{BORDER, Pane, TABS_HEIGHT};
 use super::panel_context::PanelContext;
 use super::panels::{
-    ChecksPanel, EffectsPanel, EnvironmentsPanel, ExportPanel, FootagePanel, GammaPanel,
-    LampSheetPanel, LightPanel, LogPanel, PicturePanel, ProbePanel, ProjectPanel, ReviewPanel,
-    ScopesPanel, TimelinePanel, TrainingPanel, ViewportPanel,
+    AccuracyPanel, ChecksPanel, EffectsPanel, EnvironmentsPanel, ExportPanel, FootagePanel,
+    GammaPanel, LampSheetPanel, LightPanel, LogPanel, PicturePanel, ProbePanel, ProjectPanel,
+    ReviewPanel, ScopesPanel, TimelinePanel, TrainingPanel, ViewportPanel,
 };
 use super::theme::{self, GAP};
 use eframe::egui_wgpu::RenderState;
@@ -30,6 +30,7 @@ pub struct Panels {
     gamma: GammaPanel,
     lamps: LampSheetPanel,
     review: ReviewPanel,
+    accuracy: AccuracyPanel,
     training: TrainingPanel,
     export: ExportPanel,
     checks: ChecksPanel,
@@ -124,6 +125,7 @@ impl WorkspaceView<'_> {
             }),
             Pane::Lamps => padded(ui, |ui| panels.lamps.ui(ui, context, out)),
             Pane::Review => padded(ui, |ui| panels.review.ui(ui, context, out)),
+            Pane::Accuracy => padded(ui, |ui| panels.accuracy.ui(ui, context, out)),
             Pane::Export => padded(ui, |ui| panels.export.ui(ui, context, out)),
             Pane::Checks => padded(ui, |ui| panels.checks.ui(ui, context, out)),
             Pane::Log => padded(ui, |ui| panels.log.ui(ui, context, out)),

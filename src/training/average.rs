@@ -2,11 +2,12 @@
 
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::Tensor;
-use reflectance::{UNet, kernels};
+use reflectance::kernels;
 use std::collections::VecDeque;
 
-/// `average ← keep · average + (1 − keep) · live`, parameter by parameter. Both have one shape.
-pub fn blend(average: UNet, live: &UNet, keep: f32) -> UNet {
+/// `average ← keep · average + (1 − keep) · live`, parameter by parameter. Both have one shape; `average` is on the plain
+/// device of the autodiff device that `live` is on.
+pub fn blend<M: Module>(average: M, live: &M, keep: f32) -> M {
     let mut collector = Collector::default();
     live.visit(&mut collector);
     average.map(&mut Blender {

@@ -51,7 +51,7 @@ pub enum Reason {
 }
 
 fn folder(project: &Project) -> PathBuf {
-    project.root.join("checkpoints")
+    project.result_path("checkpoints")
 }
 
 fn named(number: u64, reason: Reason, step: u64) -> String {
@@ -138,8 +138,8 @@ pub fn keep(project: &Project, reason: Reason) -> Result<()> {
             clean(&folder);
             checkpoint::link(&from, &partial)?;
             for log in [STEPS, HELD_OUT] {
-                if project.root.join(log).exists() {
-                    restore(&project.root.join(log), &partial.join(log))?;
+                if project.result_path(log).exists() {
+                    restore(&project.result_path(log), &partial.join(log))?;
                 }
             }
             std::fs::rename(&partial, folder.join(name)).map_err(fail)?;
@@ -201,7 +201,7 @@ pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
         let from = folder(project).join(&found.name);
         checkpoint::link(&from, &project.checkpoint_path())?;
         for log in [STEPS, HELD_OUT] {
-            restore(&from.join(log), &project.root.join(log))?;
+            restore(&from.join(log), &project.result_path(log))?;
         }
     }
     Ok(found.info.clone())

@@ -19,10 +19,23 @@ pub enum Preset {
     FastGpu,
 }
 
+/// What a network starts from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StartsFrom {
+    /// Random weights.
+    #[default]
+    Nothing,
+    /// What it has learnt from virtual subjects, where a network of its shape can: [`reflectance::start`].
+    VirtualSubjects,
+}
+
 /// All settings of a training run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct TrainingConfig {
+    #[serde(default)]
+    pub start: StartsFrom,
     /// Blocks of the encoder and of the decoder. None means as many as reduce the picture to one pixel.
     pub depth: Option<usize>,
     /// Channels of the network's first block.
@@ -39,6 +52,13 @@ pub struct TrainingConfig {
     pub reconstruction: f32,
     /// Weight of the rendering loss, λ2.
     pub rendering: f32,
+    /// The same at the end of the run, if it changes: evenly with time.
+    #[serde(default)]
+    pub rendering_end: Option<f32>,
+    /// Weight of what changes when an interview frame is moved by up to two pixels, for a light that flickers less. Doubles
+    /// the cost of steps over frames.
+    #[serde(default)]
+    pub steadiness: f32,
     /// Weight of features in both losses.
     pub perceptual: f32,
     /// Weight of the mean absolute difference between encoded pixels in both losses.
@@ -109,6 +129,7 @@ impl Preset {
     pub fn config(self) -> TrainingConfig {
         match self {
             Self::Quick => TrainingConfig {
+                start: StartsFrom::VirtualSubjects,
                 depth: None,
                 width: 16,
                 most_channels: 64,
@@ -118,6 +139,8 @@ impl Preset {
                 precision: Precision::Split,
                 reconstruction: 1.0,
                 rendering: 0.5,
+                rendering_end: None,
+                steadiness: 0.0,
                 perceptual: 1.0,
                 pixel: 0.0,
                 features: None,
@@ -146,6 +169,7 @@ impl Preset {
                 ..Self::Quick.config()
             },
             Self::Paper => TrainingConfig {
+                start: StartsFrom::Nothing,
                 depth: None,
                 width: 32,
                 most_channels: 512,
@@ -155,6 +179,8 @@ impl Preset {
                 precision: Precision::Split,
                 reconstruction: 1.0,
                 rendering: 1.0,
+                rendering_end: None,
+                steadiness: 0.0,
                 perceptual: 1.0,
                 pixel: 0.0,
                 features: None,
@@ -226,6 +252,12 @@ impl TrainingConfig {
             ("most-channels", self.most_channels as f64, 8.0..=1024.0),
             ("reconstruction", self.reconstruction.into(), 0.0..=1e6),
             ("rendering", self.rendering.into(), 0.0..=1e6),
+            (
+                "rendering-end",
+                optional(self.rendering_end.map(f64::from)),
+                0.0..=1e6,
+            ),
+            ("steadiness", self.steadiness.into(), 0.0..=1e6),
             ("perceptual", self.perceptual.into(), 0.0..=1e6),
             ("pixel", self.pixel.into(), 0.0..=1e6),
             ("lamps-per-step", count(self.lamps_per_step), 1.0..=1e6),
@@ -296,6 +328,8 @@ mod tests {
             "learning-rate=nan",
             "learning-rate=inf",
             "gain=-inf",
+            "rendering-end=-1",
+            "steadiness=-1",
             "rendering-every=0",
             "lamps-per-step=0",
             "frames-per-epoch=0",

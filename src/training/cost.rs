@@ -27,9 +27,15 @@ pub struct RunCost {
 impl TrainingConfig {
     /// The network that this trains for a project.
     pub fn network(&self, project: &Project) -> UNetConfig {
+        let settings = &project.settings;
+        self.network_of(settings.size, settings.shoot.lamps.len())
+    }
+
+    /// The network that this trains for pictures of `size` pixels along each side under so many lamps.
+    pub fn network_of(&self, size: usize, lamps: usize) -> UNetConfig {
         UNetConfig {
-            size: project.settings.size,
-            lamps: project.settings.shoot.lamps.len(),
+            size,
+            lamps,
             depth: self.depth,
             width: self.width,
             most_channels: self.most_channels,

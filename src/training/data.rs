@@ -3,17 +3,17 @@
 use super::config::TrainingConfig;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{Device, Distribution, Tensor};
 use calibration::Calibration;
 use footage::{Exemplar, Frame};
 use imaging::{Image, Mask};
 use project::Project;
 use rayon::prelude::*;
-use reflectance::Formulation;
 use reflectance::render::{
     RATIO_FLOOR, encode, tensor_from_image, tensor_from_images, tensor_from_mask,
     tensor_from_weights,
 };
+use reflectance::{Formulation, UNetConfig};
 
 /// The subject under the interview's light: linear and encoded `[1, 3, h, w]`, and its mask `[1, 1, h, w]`.
 #[derive(Clone)]
@@ -153,6 +153,39 @@ impl TrainingData {
 }
 
 impl TrainingData {
+    /// Noise in the shape of a shoot: six poses, eight frames and lamps that all weigh the same.
+    pub fn noise(network: &UNetConfig, device: &Device) -> Self {
+        const POSES: usize = 6;
+        const FRAMES: usize = 8;
+        let noise = |pictures, channels| {
+            let shape = [pictures, channels, network.size, network.size];
+            Tensor::random(shape, Distribution::Uniform(0.05, 0.9), device)
+        };
+        let linear = noise(1, 3);
+        let plate = Plate {
+            encoded: encode(linear.clone()),
+            mask: noise(1, 1).ones_like(),
+            linear,
+        };
+        let sample = TrainingSample {
+            plate: plate.clone(),
+            encoded_olats: noise(network.lamps, 3),
+        };
+        Self {
+            exemplars: vec![vec![sample]; POSES],
+            held_out: None,
+            frames: vec![plate; FRAMES],
+            frame_numbers: (0..FRAMES).collect(),
+            weights: tensor_from_weights(
+                &vec![[1.0 / network.lamps as f32; 3]; network.lamps],
+                device,
+            ),
+            scale: 1.0,
+            olat_gain: 1.0,
+            mean_output: 0.4,
+        }
+    }
+
     /// Bytes of the pictures.
     pub fn bytes(&self) -> u64 {
         let plate = |plate: &Plate| {

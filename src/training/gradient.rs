@@ -7,7 +7,7 @@ use reflectance::{UNet, kernels};
 
 /// Scales `gradients` so that their common Euclidean norm is at most `most`, and returns the norm
 /// they had. It is NaN or infinite if any of them is: such a step must be skipped.
-pub fn clip(network: &UNet, gradients: &mut GradientsParams, most: f32) -> f32 {
+pub fn clip<M: Module>(network: &M, gradients: &mut GradientsParams, most: f32) -> f32 {
     let mut squares = Squares {
         gradients,
         sums: Vec::new(),

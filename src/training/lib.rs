@@ -1,7 +1,7 @@
 //! Training the network on a project's exemplars and interview frames (the paper's sections 3.3 and 4).
 
 mod adam;
-mod augment;
+pub mod augment;
 mod average;
 pub mod checkpoints;
 pub mod config;
@@ -26,13 +26,17 @@ mod records;
 mod report;
 mod run;
 pub mod schedule;
+mod together;
 mod trainer;
 
 pub use adam::Adam;
-pub use config::{Preset, TrainSettings, TrainingConfig};
+pub use average::blend;
+pub use config::{Preset, StartsFrom, TrainSettings, TrainingConfig};
 pub use cost::{Pace, RunCost};
+pub use gradient::clip;
 pub use history::History;
 pub use records::Records;
 pub use report::TrainReport;
 pub use run::train;
+pub use together::{Stage, train_together};
 pub use trainer::Trainer;

@@ -27,12 +27,12 @@ pub(super) struct Log {
 impl Log {
     /// Opens the log of steps; a fresh one is empty.
     pub fn steps(project: &Project, fresh: bool) -> Result<Self> {
-        Self::open(project.root.join(STEPS), STEPS_HEADER, fresh)
+        Self::open(project.result_path(STEPS), STEPS_HEADER, fresh)
     }
 
     /// Opens the log of the held-out pose; a fresh one is empty.
     pub fn held_out(project: &Project, fresh: bool) -> Result<Self> {
-        Self::open(project.root.join(HELD_OUT), HELD_OUT_HEADER, fresh)
+        Self::open(project.result_path(HELD_OUT), HELD_OUT_HEADER, fresh)
     }
 
     fn open(path: PathBuf, header: &str, fresh: bool) -> Result<Self> {

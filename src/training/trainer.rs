@@ -1,7 +1,7 @@
 //! The trainer: a network, its optimiser and its training data, with one sample per step.
 
 use super::adam::Adam;
-use super::config::{TrainSettings, TrainingConfig};
+use super::config::{StartsFrom, TrainSettings, TrainingConfig};
 use super::data::{Plate, TrainingData, TrainingSample};
 use super::features::{Features, rows};
 use super::loss::Criterion;
@@ -20,8 +20,12 @@ use reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingSt
 use reflectance::kernels::{LossInputs, LossSettings};
 use reflectance::predictor::check_fits;
 use reflectance::render::{encode, light};
+use reflectance::start;
 use reflectance::{UNet, UNetConfig};
 use std::path::{Path, PathBuf};
+
+/// How far a frame is moved to see whether outputs stay, in pixels.
+const STEADY_SHIFT: i64 = 2;
 
 /// A network in training.
 pub struct Trainer {
@@ -85,7 +89,19 @@ impl Trainer {
             Start::resumed(&folder, &data, settings.hold_out, device)?
         } else {
             autodiff.seed(seed);
-            Start::fresh(network, &data, &autodiff)
+            let learnt = match config.start {
+                StartsFrom::Nothing => None,
+                StartsFrom::VirtualSubjects => start::VIRTUAL_SUBJECTS.network(
+                    &network,
+                    &calibration.rig,
+                    data.mean_output,
+                    &autodiff,
+                )?,
+            };
+            if learnt.is_some() {
+                progress.say("The network starts from what it has learnt of virtual subjects");
+            }
+            Start::fresh(network, learnt, &data, &autodiff)
         };
         Ok(Self {
             config,
@@ -97,6 +113,41 @@ impl Trainer {
             average: start.average,
             best: start.best,
             hold_out: settings.hold_out,
+            optimizer: start.optimizer,
+        })
+    }
+
+    /// A trainer of this network on noise, to time its steps: six poses and eight frames that share their pictures. It
+    /// learns nothing worth keeping.
+    ///
+    /// # Errors
+    /// When there is no such network, or the features' file cannot be read.
+    pub fn on_noise(config: TrainingConfig, network: UNetConfig, device: &Device) -> Result<Self> {
+        network.check()?;
+        let mut autodiff = device.clone().autodiff();
+        if config.recompute {
+            autodiff = autodiff.gradient_checkpointing();
+        }
+        let open = |path: &PathBuf| Features::open(path, &autodiff);
+        let criterion = Criterion {
+            features: config.features.as_ref().map(open).transpose()?,
+            perceptual: config.perceptual,
+            pixel: config.pixel,
+        };
+        autodiff.seed(0);
+        let data = TrainingData::noise(&network, &autodiff);
+        let schedule = Schedule::new(&config, data.exemplars.len(), data.frames.len(), 0);
+        let start = Start::fresh(network, None, &data, &autodiff);
+        Ok(Self {
+            config,
+            schedule,
+            data,
+            criterion,
+            info: start.info,
+            live: start.live,
+            average: start.average,
+            best: None,
+            hold_out: None,
             optimizer: start.optimizer,
         })
     }
@@ -127,6 +178,9 @@ impl Trainer {
             .schedule
             .lamps(step, self.config.lamps_per_step, network.lamps);
         let renders = olats.is_none() || step.is_multiple_of(self.config.rendering_every);
+        let first = self.config.rendering;
+        let last = self.config.rendering_end.unwrap_or(first);
+        let weight = first + (last - first) * done.clamp(0.0, 1.0) as f32;
         // Without the rendering loss the network computes only the lamps that are compared.
         let alone = lamps.as_deref().filter(|_| !renders);
         let (mut olats, mut weights) = (olats.cloned(), self.data.weights.clone());
@@ -141,7 +195,16 @@ impl Trainer {
         } else {
             plate.encoded.clone()
         };
-        let output = self.live.forward_lamps(input * plate.mask.clone(), alone);
+        let input = input * plate.mask.clone();
+        let output = self.live.forward_lamps(input.clone(), alone);
+        let unsteady = (self.config.steadiness > 0.0 && olats.is_none()).then(|| {
+            let (dx, dy) = self.schedule.shift(step, STEADY_SHIFT);
+            let moved = |x: Tensor<4>| augment::shift(x, dx, dy);
+            let mask = moved(plate.mask.clone());
+            let again = self.live.forward(moved(input));
+            let change = (encode(again) - encode(moved(output.clone()))).abs() * mask.clone();
+            change.mean() / mask.mean().clamp_min(1e-3)
+        });
         // Pictures that are shifted each time are not worth caching, nor are those of a step that computes only
         // some lamps.
         let still = most == 0 && self.config.zoom == 0.0;
@@ -158,12 +221,16 @@ impl Trainer {
                     gain: self.data.olat_gain,
                     shift,
                     reconstruction: self.config.reconstruction,
-                    rendering: if renders { self.config.rendering } else { 0.0 },
+                    rendering: if renders { weight } else { 0.0 },
                 },
             },
             lamps.as_deref().filter(|_| alone.is_none()),
             unmoved.then_some(source),
         );
+        let total = match unsteady {
+            Some(unsteady) => total + unsteady * self.config.steadiness,
+            None => total,
+        };
         let parts = parts.into_data().try_into_vec::<f32>().unwrap_or_default();
         let value = |i: usize| parts.get(i).copied().unwrap_or(f32::NAN);
         let reconstruction = olats.map(|_| value(0));
@@ -200,6 +267,44 @@ impl Trainer {
             learning_rate,
             taken,
         }
+    }
+
+    /// Goes on with the network of another trainer of the same lamps, whose pictures may have another size.
+    ///
+    /// # Errors
+    /// When their channels differ.
+    pub(super) fn go_on_from(&mut self, other: &Self) -> Result<()> {
+        let device = self.data.weights.device();
+        let (own, theirs) = (&self.info.network, &other.info.network);
+        let outputs = 3 * own.lamps;
+        let same = (
+            Tensor::eye(outputs, &device),
+            Tensor::zeros([outputs], &device),
+        );
+        let grown = own.grown(
+            (theirs, &other.average),
+            same,
+            self.data.mean_output,
+            &device,
+        );
+        let grown = grown.ok_or_else(|| {
+            Error::invalid(
+                format!(
+                    "these networks cannot exchange weights: {}",
+                    theirs.differences(own)
+                ),
+                "Give both the same channels and lamps",
+            )
+        })?;
+        self.live = grown.materialize();
+        self.average = self.live.valid();
+        Ok(())
+    }
+
+    /// Learns from other data of the same lamps from now on, and gives back those that it learnt from.
+    pub(super) fn exchange(&mut self, data: TrainingData) -> TrainingData {
+        self.info.scale = data.scale;
+        std::mem::replace(&mut self.data, data)
     }
 
     /// What pictures are compared by, in words.
@@ -311,8 +416,14 @@ struct Start {
 }
 
 impl Start {
-    fn fresh(network: UNetConfig, data: &TrainingData, autodiff: &Device) -> Self {
-        let live = network.init(data.mean_output, autodiff).materialize();
+    fn fresh(
+        network: UNetConfig,
+        learnt: Option<UNet>,
+        data: &TrainingData,
+        autodiff: &Device,
+    ) -> Self {
+        let random = || network.init(data.mean_output, autodiff);
+        let live = learnt.unwrap_or_else(random).materialize();
         Self {
             info: CheckpointInfo {
                 step: 0,

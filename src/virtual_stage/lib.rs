@@ -72,6 +72,12 @@ pub struct StageSettings {
     /// Banks of lamps, and so OLATs per pose, from 4 to 931, where each lamp is a bank of its own.
     #[arg(long, default_value_t = StageSettings::default().lamps)]
     pub lamps: usize,
+    /// Poses to photograph, from 1 to 6.
+    #[arg(long, value_name = "COUNT", default_value_t = StageSettings::default().poses)]
+    pub poses: usize,
+    /// Photograph further poses as in these frames of the interview, from 0.
+    #[arg(long, value_name = "FRAME", value_delimiter = ',')]
+    pub like_frames: Vec<usize>,
     /// Whether pictures are written as files or as movies.
     #[arg(long = "as", value_enum, default_value_t)]
     pub written_as: WrittenAs,
@@ -99,6 +105,8 @@ impl Default for StageSettings {
             plate: None,
             seed: 1,
             lamps: 41,
+            poses: 6,
+            like_frames: Vec::new(),
             written_as: WrittenAs::Files,
             shipped: false,
             trouble: TroubleSettings::NONE,
@@ -151,6 +159,17 @@ impl StageSettings {
         }
         within("interview frames", self.frames, 1..=999)?;
         within("lamps", self.lamps, 4..=dome::MAX_LAMPS)?;
+        within("poses", self.poses, 1..=6)?;
+        within("poses like frames", self.like_frames.len(), 0..=90)?;
+        if let Some(frame) = self.like_frames.iter().find(|&&frame| frame >= self.frames) {
+            return Err(Error::invalid(
+                format!(
+                    "the interview has {} frames, from 0: there is no frame {frame} to photograph a pose like",
+                    self.frames
+                ),
+                "Choose another frame, or more of them with --frames",
+            ));
+        }
         self.trouble.check()
     }
 }

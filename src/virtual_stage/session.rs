@@ -35,7 +35,7 @@ pub struct Session<'a> {
     pub dome: Dome,
     pub sensor: Sensor,
     pub trouble: Trouble,
-    pub poses: [Pose; 6],
+    pub poses: Vec<Pose>,
     pub frames: Vec<Pose>,
     pub truth_frames: Vec<usize>,
     pub environments: Vec<(&'static str, Image)>,
@@ -64,6 +64,12 @@ impl<'a> Session<'a> {
         let environments = environments::all();
         let (mut poses, mut frames) = (exemplar_poses(), interview(settings.frames, seed));
         reseat(&mut poses, &mut frames, &trouble, seed);
+        let like_frames = settings.like_frames.iter().map(|&frame| frames[frame]);
+        let poses: Vec<Pose> = poses
+            .into_iter()
+            .take(settings.poses)
+            .chain(like_frames)
+            .collect();
         let sways = match trouble.sway > 0.0 {
             true => (0..poses.len())
                 .map(|i| Sway::draw(trouble.sway, seed, i))

@@ -3,7 +3,7 @@
 
 use super::accessories;
 use super::attire;
-use super::head::Head;
+use super::head::{Head, HeadDistances};
 use super::motion::Pose;
 use super::shape::{join, rod};
 use super::trouble::Look;
@@ -69,8 +69,14 @@ impl Subject {
         }
     }
 
-    /// A place of the stage in the head's axes.
+    /// A place of the stage in the head's axes, for a head of the usual build.
     pub fn head_place(&self, p: Vec3) -> Vec3 {
+        let q = self.head_from_stage * (p - self.joint);
+        q / self.look.build.map_or(Vec3::ONE, Vec3::from) + NECK_JOINT
+    }
+
+    /// A place of the stage in the axes of the head, and of the glasses on it, which fit any head.
+    fn worn_place(&self, p: Vec3) -> Vec3 {
         self.head_from_stage * (p - self.joint) + NECK_JOINT
     }
 
@@ -82,7 +88,17 @@ impl Subject {
     /// The nearest part and its signed distance.
     pub fn parts(&self, p: Vec3) -> (Part, f32) {
         let q = self.head_place(p);
+        // In a head of another build all is nearer by at most its smallest factor.
+        let near = self
+            .look
+            .build
+            .map_or(1.0, |build| Vec3::from(build).min_element().min(1.0));
         let head = self.head.distances(q);
+        let head = HeadDistances {
+            skin: near * head.skin,
+            eyes: near * head.eyes,
+            teeth: near * head.teeth,
+        };
         let neck = self.neck(p);
         let skin = join(head.skin, neck, 0.018);
         let trunk = attire::trunk(p);
@@ -90,14 +106,15 @@ impl Subject {
             (Part::Eye, head.eyes),
             (Part::Tooth, head.teeth),
             match self.look.hair {
-                None => (Part::Wrap, attire::wrap(q)),
-                Some(_) => (Part::Hair, accessories::hair(q)),
+                None => (Part::Wrap, near * attire::wrap(q)),
+                Some(_) => (Part::Hair, near * accessories::hair(q)),
             },
-            (Part::Gold, attire::earrings(q)),
+            (Part::Gold, near * attire::earrings(q)),
             (Part::Shirt, attire::shirt(p, trunk, neck)),
             (Part::Jacket, attire::jacket(p, trunk, neck)),
         ];
-        let glasses = (self.look.glasses).then(|| (Part::Glasses, accessories::glasses(q)));
+        let glasses =
+            (self.look.glasses).then(|| (Part::Glasses, accessories::glasses(self.worn_place(p))));
         let hand = (self.hand > 0.0).then(|| (Part::Hand, accessories::hand(p, self.hand)));
         let all = all.into_iter().chain(glasses).chain(hand);
         all.fold((Part::Skin, skin), |best, next| {
@@ -111,7 +128,7 @@ impl Subject {
             return None;
         }
         let stage_from_head = self.head_from_stage.transpose();
-        accessories::lens(self.head_place(origin), self.head_from_stage * direction)
+        accessories::lens(self.worn_place(origin), self.head_from_stage * direction)
             .map(|(t, normal)| (t, stage_from_head * normal))
     }
 

@@ -51,6 +51,9 @@ pub struct TroubleSettings {
     /// Hair instead of the head wrap.
     #[arg(long, value_enum)]
     pub hair: Option<Hair>,
+    /// Factors on the head's width, height and depth, such as 0.95,1.06,1, each from 0.85 to 1.15.
+    #[arg(long, value_name = "W,H,D", value_parser = tint)]
+    pub build: Option<[f32; 3]>,
     /// A hand is raised to the face in some poses and frames.
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub hands: Option<bool>,
@@ -144,6 +147,9 @@ pub struct Look {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hair: Option<Hair>,
     pub hands: bool,
+    /// Factors on the head's width, height and depth; `None` is the stage's own subject.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub build: Option<[f32; 3]>,
 }
 
 impl Default for Trouble {
@@ -186,6 +192,7 @@ impl TroubleSettings {
         shine: None,
         glasses: None,
         hair: None,
+        build: None,
         hands: None,
         reseated: None,
         sway: None,
@@ -227,6 +234,8 @@ impl TroubleSettings {
         within("--dust", self.dust, 0.0..=1.0)?;
         within("--room", self.room, 0.0..=1.0)?;
         within("--ball-exposure", self.ball_exposure, 0.1..=100.0)?;
+        (self.build.iter().flatten())
+            .try_for_each(|factor| within("each factor of --build", Some(*factor), 0.85..=1.15))?;
         (self.tint.iter().flatten())
             .try_for_each(|factor| within("each factor of --tint", Some(*factor), 0.05..=20.0))
     }
@@ -253,6 +262,7 @@ impl TroubleSettings {
                 glasses: self.glasses.unwrap_or(drawn.look.glasses),
                 hair: self.hair.or(drawn.look.hair),
                 hands: self.hands.unwrap_or(drawn.look.hands),
+                build: self.build,
             },
             reseated: self.reseated.unwrap_or(drawn.reseated),
             sway: self.sway.unwrap_or(drawn.sway),
@@ -338,6 +348,7 @@ impl Trouble {
                 glasses,
                 hair,
                 hands,
+                build: None,
             },
             reseated,
             sway,

@@ -57,7 +57,7 @@ impl Session<'_> {
                 .map(|((name, _), weights)| ((*name).to_owned(), bank_means(weights)))
                 .collect(),
             hdri_note: HDRI_NOTE,
-            poses: self.poses.to_vec(),
+            poses: self.poses.clone(),
             frames: self.frames.clone(),
             truth_frames: self.truth_frames.clone(),
             trouble: (self.trouble != Trouble::default()).then(|| TroubleTruth {

@@ -1,11 +1,15 @@
 //! Long actions. The command line and the studio send the same ones.
 
 use crate::demo::{self, DemoReport};
+use crate::latest::Latest;
 use base::error::Result;
 use base::progress::Progress;
+use benchmark::{DeviceSettings, MachineReport};
 use calibration::develop::{DevelopReport, DevelopSettings, develop};
 use calibration::{self, CalibrateSettings, Calibration};
 use check::{CheckReport, Evidence, LitEnvironment};
+use confidence::{ConfidenceReport, ConfidenceSettings, confidence};
+use evaluation::blind::{AnswersReport, BlindReport, BlindSettings, answers, blind};
 use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use export::relight::{RelightReport, RelightSettings, find_environment, relight};
@@ -23,6 +27,7 @@ use reflectance::checkpoint::{self, CheckpointInfo};
 use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use tradeoff::{Applied, TradeoffReport, TradeoffSettings, apply, tradeoff};
 use training::{self, TrainReport, TrainSettings, checkpoints};
 use virtual_stage::{self, StageReport, StageSettings};
 
@@ -84,12 +89,41 @@ pub enum Job {
         project: PathBuf,
         settings: ReviewSettings,
     },
+    /// Write a page that compares methods blindly, with its key in the project in `project`.
+    Blind {
+        project: PathBuf,
+        settings: BlindSettings,
+    },
+    /// Collect the answers in `files` in the project in `project`, and count all that it has.
+    Answers {
+        project: PathBuf,
+        files: Vec<PathBuf>,
+    },
+    /// Find out how far predictions for the project in `project` can be trusted.
+    Confidence {
+        project: PathBuf,
+        settings: ConfidenceSettings,
+    },
+    /// Measure what accuracy costs in time on the project in `project`.
+    Tradeoff {
+        project: PathBuf,
+        settings: Box<TradeoffSettings>,
+    },
+    /// Make the project in `project` use the network of a rung that was measured.
+    Apply { project: PathBuf, rung: String },
     /// Run the demo in `folder`, or only make its project. Its training ends after `minutes`, including earlier runs.
     Demo {
         folder: PathBuf,
         prepare: bool,
         minutes: f64,
         device: DeviceChoice,
+    },
+    /// Measure what this machine can do. `program` is started for each measure.
+    Device {
+        program: PathBuf,
+        settings: DeviceSettings,
+        /// Where what is known is put after each measure, to be shown.
+        known: Option<Arc<Latest<MachineReport>>>,
     },
     /// Write the project's network as a starting point for others.
     Pack { project: PathBuf, to: PathBuf },
@@ -119,7 +153,13 @@ pub enum Outcome {
     Relit(RelightReport),
     Evaluated(EvaluateReport),
     Reviewed(ReviewReport),
+    Compared(BlindReport),
+    Answered(AnswersReport),
+    Trusted(Box<ConfidenceReport>),
+    Measured(Box<TradeoffReport>),
+    Applied(Applied),
     Shown(Box<DemoReport>),
+    Machine(Box<MachineReport>),
     Packed(CheckpointInfo),
     WentBack(WentBack),
     Framed(FrameReport),
@@ -176,7 +216,13 @@ impl Job {
             Self::Relight { .. } => "relighting the interview",
             Self::Evaluate { .. } => "measuring",
             Self::Review { .. } => "reviewing the network",
+            Self::Blind { .. } => "making the blind comparison",
+            Self::Answers { .. } => "counting answers",
+            Self::Confidence { .. } => "finding out what can be trusted",
+            Self::Tradeoff { .. } => "measuring what accuracy costs",
+            Self::Apply { .. } => "taking a rung over",
             Self::Demo { .. } => "making the demo",
+            Self::Device { .. } => "measuring this machine",
             Self::Pack { .. } => "packing the network",
             Self::Frame { .. } => "framing the pictures",
             Self::Matte { .. } => "making mattes",
@@ -191,6 +237,11 @@ impl Job {
             | Self::Train { project, .. }
             | Self::GoBack { project, .. }
             | Self::Review { project, .. }
+            | Self::Blind { project, .. }
+            | Self::Answers { project, .. }
+            | Self::Confidence { project, .. }
+            | Self::Tradeoff { project, .. }
+            | Self::Apply { project, .. }
             | Self::Frame { project, .. }
             | Self::Matte { project, .. } => Some(project.clone()),
             Self::Demo { folder, .. } => Some(demo::project_folder(folder)),
@@ -201,6 +252,7 @@ impl Job {
             | Self::Check { .. }
             | Self::Relight { .. }
             | Self::Evaluate { .. }
+            | Self::Device { .. }
             | Self::Pack { .. } => None,
         }
     }
@@ -297,6 +349,23 @@ impl Job {
             Self::Review { project, settings } => {
                 review(&Project::open(&project)?, &settings, progress).map(Outcome::Reviewed)
             }
+            Self::Blind { project, settings } => {
+                blind(&Project::open(&project)?, &settings, progress).map(Outcome::Compared)
+            }
+            Self::Answers { project, files } => {
+                answers(&Project::open(&project)?, &files).map(Outcome::Answered)
+            }
+            Self::Confidence { project, settings } => {
+                let report = confidence(&Project::open(&project)?, &settings, progress)?;
+                Ok(Outcome::Trusted(Box::new(report)))
+            }
+            Self::Tradeoff { project, settings } => {
+                let report = tradeoff(&Project::open(&project)?, &settings, progress)?;
+                Ok(Outcome::Measured(Box::new(report)))
+            }
+            Self::Apply { project, rung } => {
+                apply(&Project::open(&project)?, &rung, progress).map(Outcome::Applied)
+            }
             Self::Demo {
                 folder,
                 prepare: true,
@@ -320,6 +389,19 @@ impl Job {
             Self::Matte { project, settings } => {
                 let person = Some(find_person()?);
                 make_mattes(&project, &settings, person, progress).map(Outcome::Matted)
+            }
+            Self::Device {
+                program,
+                settings,
+                known,
+            } => {
+                let put = |report: &MachineReport| {
+                    if let Some(known) = &known {
+                        known.put(report.clone());
+                    }
+                };
+                let report = benchmark::device(&program, &settings, progress, &put)?;
+                Ok(Outcome::Machine(Box::new(report)))
             }
             Self::Pack { project, to } => {
                 let project = Project::open(&project)?;
@@ -402,7 +484,13 @@ impl Outcome {
             Self::Relit(report) => report.sentence(),
             Self::Evaluated(report) => evaluated(report),
             Self::Reviewed(report) => reviewed(report),
+            Self::Compared(report) => report.sentence(),
+            Self::Answered(report) => report.sentence(),
+            Self::Trusted(report) => report.sentence(),
+            Self::Measured(report) => report.sentence(),
+            Self::Applied(applied) => applied.sentence(),
             Self::Shown(report) => report.sentence(),
+            Self::Machine(report) => report.sentence(),
             Self::WentBack(WentBack { info, optimizer }) => format!(
                 "The checkpoint of step {} is restored, after {:.0} s of training. The one before is in the list of \
                  checkpoints. {}",
@@ -551,6 +639,9 @@ fn evaluated(report: &EvaluateReport) -> String {
         Method::TruthOlats => "The true OLATs",
         Method::Nearest => "The nearest pose",
         Method::Ratio => "The ratio image",
+        Method::Harmonics => "The ratio image of low-order harmonics",
+        Method::Texler => "Patch-based training (Texler 2020)",
+        Method::Sun => "Portrait relighting (Sun 2019)",
     };
     let relit: Vec<String> = scores
         .relit_psnr_db
@@ -562,7 +653,18 @@ fn evaluated(report: &EvaluateReport) -> String {
         .map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
     let frames: Vec<String> = scores.frames.iter().map(ToString::to_string).collect();
     let (relit, frames) = (relit.join(", "), frames.join(", "));
-    format!("{method}: {relit}{olats}; frames {frames}")
+    let flicker = report
+        .flicker
+        .map_or(String::new(), |flicker| format!("\n{}", flicker.sentence()));
+    let learnt = match (report.training_seconds, report.training_steps) {
+        (Some(seconds), Some(steps)) if scores.method.learns() => {
+            let minutes = seconds / 60.0;
+            let ms = scores.frame_ms.unwrap_or_default();
+            format!("; learnt for {minutes:.1} min, {steps} steps; {ms:.0} ms a picture")
+        }
+        _ => String::new(),
+    };
+    format!("{method}: {relit}{olats}; frames {frames}{learnt}{flicker}")
 }
 
 fn reviewed(report: &ReviewReport) -> String {

@@ -8,6 +8,12 @@ pub struct Latest<T> {
     wake: Box<dyn Fn() + Send + Sync>,
 }
 
+impl<T> std::fmt::Debug for Latest<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.debug_struct("Latest").finish_non_exhaustive()
+    }
+}
+
 impl<T> Latest<T> {
     /// An empty slot that calls `wake` after each [`Self::put`].
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {

@@ -36,7 +36,7 @@ impl PartialEq for Origin {
 impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Self::File(path) => write!(f, "{}", path.display()),
+            Self::File(path) => f.write_str(&base::files::shown(path)),
             Self::BuiltIn(own) => f.write_str(own.describe),
         }
     }

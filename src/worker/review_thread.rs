@@ -1,5 +1,5 @@
-//! The thread behind a review: it draws the shown frame under every lamp, and reads and writes what the
-//! project keeps. The newest wish counts; older ones are dropped, but no mark is.
+//! The thread behind a review: it draws the shown frame under every lamp and a cell beside its truth, and reads and
+//! writes what the project keeps. The newest wish counts; older ones are dropped, but no mark is.
 
 use super::PredictedFrame;
 use super::background::{Background, Handler};
@@ -8,8 +8,10 @@ use super::mailbox::Request;
 use super::srgb_picture::{SrgbPicture, reduced_size};
 use base::error::{Error, Result};
 use base::progress::Control;
-use evaluation::review::{Fingerprint, Marks, Review, own_truth};
+use confidence::ConfidenceReport;
+use evaluation::review::{Case, Fingerprint, Marks, Review, ScoredPictures, own_truth};
 use evaluation::{display_gain, display_picture};
+use gpu::DeviceChoice;
 use imaging::resample::resize_area;
 use imaging::{Image, Mask};
 use project::Project;
@@ -26,6 +28,29 @@ pub struct LampSheet {
     pub lamps: Vec<SrgbPicture>,
 }
 
+/// A frame or pose under one lamp, as it was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    pub case: Case,
+    /// The factor on predictions that its scores have.
+    pub scale: f64,
+    pub lamp: usize,
+    /// The truth that frames were measured against.
+    pub truth: Option<PathBuf>,
+    /// Where the network runs.
+    pub device: DeviceChoice,
+}
+
+/// What was measured in a cell.
+#[derive(Clone, Debug)]
+pub struct CellPictures {
+    pub cell: Cell,
+    pub truth: SrgbPicture,
+    pub predicted: SrgbPicture,
+    /// Their FLIP as heat.
+    pub difference: SrgbPicture,
+}
+
 /// What a project keeps of its review.
 #[derive(Clone, Debug)]
 pub struct SavedReview {
@@ -36,6 +61,9 @@ pub struct SavedReview {
     pub marks: Marks,
     /// The truth that a new measurement would use: that of the last one, or the shoot's own.
     pub truth: Option<PathBuf>,
+    /// How far frames can be trusted without a truth, and whether that was found out for the present network; None before it
+    /// was asked for, or why it cannot be read.
+    pub confidence: std::result::Result<Option<(Arc<ConfidenceReport>, bool)>, String>,
 }
 
 /// An answer, or why there is none.
@@ -52,6 +80,7 @@ pub struct ReviewThread {
 struct Answers {
     sheet: Arc<Latest<Answer<LampSheet>>>,
     saved: Arc<Latest<Answer<SavedReview>>>,
+    cell: Arc<Latest<Answer<CellPictures>>>,
     written: Arc<Latest<std::result::Result<(), String>>>,
 }
 
@@ -59,18 +88,22 @@ enum ReviewRequest {
     Write(Marks),
     Read,
     Draw(Arc<PredictedFrame>),
+    Compare(Cell),
 }
 
 enum Done {
     Written,
     Saved(Arc<SavedReview>),
     Sheet(Arc<LampSheet>),
+    Cell(Arc<CellPictures>),
 }
 
 struct Reviewing {
     root: PathBuf,
     answers: Answers,
     stop: Control,
+    /// The case that was compared last, under every lamp.
+    compared: Option<(Cell, ScoredPictures)>,
 }
 
 impl ReviewThread {
@@ -79,6 +112,7 @@ impl ReviewThread {
         let answers = Answers {
             sheet: Arc::new(Latest::new(wake.clone())),
             saved: Arc::new(Latest::new(wake.clone())),
+            cell: Arc::new(Latest::new(wake.clone())),
             written: Arc::new(Latest::new(wake)),
         };
         let own = answers.clone();
@@ -86,6 +120,7 @@ impl ReviewThread {
             root,
             answers: own,
             stop,
+            compared: None,
         });
         Self { thread, answers }
     }
@@ -93,6 +128,11 @@ impl ReviewThread {
     /// Asks for a frame's sheet.
     pub fn draw(&self, field: Arc<PredictedFrame>) {
         self.thread.put(ReviewRequest::Draw(field));
+    }
+
+    /// Asks for a cell beside its truth.
+    pub fn compare(&self, cell: Cell) {
+        self.thread.put(ReviewRequest::Compare(cell));
     }
 
     /// Asks for what the project keeps, as it is now.
@@ -114,6 +154,10 @@ impl ReviewThread {
         self.answers.saved.take()
     }
 
+    pub fn cell(&self) -> Option<Answer<CellPictures>> {
+        self.answers.cell.take()
+    }
+
     pub fn written(&self) -> Option<std::result::Result<(), String>> {
         self.answers.written.take()
     }
@@ -125,7 +169,8 @@ impl Request for ReviewRequest {
         Some(match self {
             Self::Write(_) => 0,
             Self::Read => 1,
-            Self::Draw(_) => 2,
+            Self::Compare(_) => 2,
+            Self::Draw(_) => 3,
         })
     }
 
@@ -144,7 +189,12 @@ impl Handler for Reviewing {
                 marks.save(&Project::open(&self.root)?)?;
                 Ok(Done::Written)
             }
-            ReviewRequest::Read => Ok(Done::Saved(Arc::new(SavedReview::read(&self.root)?))),
+            ReviewRequest::Read => {
+                // The network may be another one.
+                self.compared = None;
+                Ok(Done::Saved(Arc::new(SavedReview::read(&self.root)?)))
+            }
+            ReviewRequest::Compare(cell) => self.compare(cell),
             ReviewRequest::Draw(field) => {
                 let sheet = LampSheet::draw(field, &self.stop)?;
                 Ok(Done::Sheet(Arc::new(sheet)))
@@ -157,15 +207,46 @@ impl Handler for Reviewing {
             sheet,
             saved,
             written,
+            cell,
         } = &self.answers;
         match (request, answer) {
             (_, Ok(Done::Written)) => written.put(Ok(())),
             (_, Ok(Done::Saved(review))) => saved.put(Ok(review)),
             (_, Ok(Done::Sheet(drawn))) => sheet.put(Ok(drawn)),
+            (_, Ok(Done::Cell(pictures))) => cell.put(Ok(pictures)),
             (ReviewRequest::Write(_), Err(e)) => written.put(Err(e.to_string())),
             (ReviewRequest::Read, Err(e)) => saved.put(Err(e.to_string())),
             (ReviewRequest::Draw(_), Err(e)) => sheet.put(Err(e.to_string())),
+            (ReviewRequest::Compare(_), Err(e)) => cell.put(Err(e.to_string())),
         }
+    }
+}
+
+impl Reviewing {
+    fn compare(&mut self, cell: &Cell) -> Result<Done> {
+        let is_same = |known: &Cell| {
+            Cell {
+                lamp: cell.lamp,
+                ..known.clone()
+            } == *cell
+        };
+        let known = self.compared.take().filter(|(known, _)| is_same(known));
+        let (_, pictures) = match known {
+            Some(known) => self.compared.insert(known),
+            None => {
+                let project = Project::open(&self.root)?;
+                let (of, truth) = ((cell.case, cell.scale), cell.truth.as_deref());
+                let pictures = ScoredPictures::open(&project, truth, cell.device, of)?;
+                self.compared.insert((cell.clone(), pictures))
+            }
+        };
+        let [truth, predicted, difference] = pictures.of(cell.lamp)?;
+        Ok(Done::Cell(Arc::new(CellPictures {
+            cell: cell.clone(),
+            truth: SrgbPicture::of(&truth),
+            predicted: SrgbPicture::of(&predicted),
+            difference: SrgbPicture::of(&difference),
+        })))
     }
 }
 
@@ -178,12 +259,16 @@ impl SavedReview {
             let now = Fingerprint::of(&project).ok()?;
             review.basis.difference(&now)
         });
+        let confidence = ConfidenceReport::load(&project)
+            .map(|found| found.map(|(report, fits)| (Arc::new(report), fits)))
+            .map_err(|e| e.to_string());
         let last = review.as_ref().and_then(|review| review.truth.clone());
         Ok(Self {
             outdated,
             marks: Marks::load(&project)?,
             truth: last.or_else(|| own_truth(&project)),
             review: review.map(Arc::new),
+            confidence,
         })
     }
 }

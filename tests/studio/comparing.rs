@@ -204,7 +204,7 @@ fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
         app.relit().is_some_and(|relit| relit.solo == [0])
     });
     assert!(picture(&window) != before);
-    window.get_by_label_contains("olat_00 alone").click();
+    window.get_by_label("olat_00 alone ×").click();
     window.run_steps(2);
     until(&mut window, "environment", |app| {
         app.relit().is_some_and(|relit| relit.solo.is_empty())
@@ -288,4 +288,149 @@ fn keys_show_channels_and_the_compass_turns_the_light() {
     let zoom = window.state().state().view.zoom;
     // 64 pixels on 64 points.
     assert!(zoom < 0.2, "{zoom}");
+}
+
+#[test]
+fn a_drag_across_a_wipe_moves_the_line_and_never_the_light() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    window.key_press(Key::W);
+    until_compared(&mut window);
+    let picture = window.get_by_label("Wipe").rect();
+    let to = super::MIDDLE + vec2(70.0, 0.0);
+    drag(
+        &mut window,
+        super::MIDDLE - vec2(90.0, 40.0),
+        to,
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    let state = window.state().state();
+    assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
+    let line = window.get_by_label("Wipe").rect();
+    assert!((line.center().x - to.x).abs() < 1.0, "{line:?} {picture:?}");
+    drag(
+        &mut window,
+        super::MIDDLE,
+        to,
+        PointerButton::Secondary,
+        Modifiers::SHIFT,
+    );
+    assert!(window.state().state().look.yaw_deg > 20.0, "as it is asked");
+}
+
+/// The line below the picture, after a rest of the pointer at `at`.
+fn read_at(window: &mut super::Window, at: egui::Pos2) -> String {
+    window.event(egui::Event::PointerMoved(at));
+    window.run_steps(3);
+    let line = window.get_by_label_contains("frame 0   ");
+    let line = egui_kittest::kittest::NodeT::accesskit_node(&line);
+    line.label().or_else(|| line.value()).unwrap_or_default()
+}
+
+#[test]
+fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let plain = read_at(&mut window, super::MIDDLE);
+    let [x, y] = window.state().state().probed.unwrap();
+    let [r, g, b] = window.state().relit().unwrap().codes([x, y]).unwrap();
+    assert!(plain.contains(&format!("{r:3} {g:3} {b:3}")), "{plain}");
+    assert!(plain.contains("linear"), "{plain}");
+
+    window.get_by_label("Channels").click();
+    window.run_steps(3);
+    click(&window, "false colour", 208.0);
+    until_shown(&mut window);
+    let map = window.state().relit().unwrap().codes([x, y]).unwrap();
+    assert_ne!(map, [r, g, b], "the map has colours of its own");
+    assert_eq!(read_at(&mut window, super::MIDDLE), plain);
+    snapshot(&mut window, "studio_false_colour");
+    window.key_press(Key::C);
+    until_shown(&mut window);
+
+    window.key_press(Key::Q);
+    until_compared(&mut window);
+    let both = read_at(&mut window, super::MIDDLE);
+    let shown = window.state().relit().unwrap().clone();
+    let (_, plate) = shown.second.as_ref().unwrap();
+    let at = 3 * (y * plate.width + x);
+    let [r2, g2, b2] = [plate.rgb[at], plate.rgb[at + 1], plate.rgb[at + 2]];
+    for text in [
+        format!("A relit  {r:3} {g:3} {b:3}"),
+        format!("B interview frame  {r2:3} {g2:3} {b2:3}"),
+    ] {
+        assert!(both.contains(&text), "{both} lacks {text}");
+    }
+
+    // Side by side, the same point of either picture is the same pixel.
+    window
+        .get_by_role_and_label(egui::accesskit::Role::ComboBox, "How to compare")
+        .click();
+    window.run_steps(3);
+    window.get_by_label("side by side").click();
+    until_compared(&mut window);
+    let half = 0.5 * window.get_by_label("Relit picture").rect().width();
+    let left = super::MIDDLE - vec2(0.5 * half, 0.0);
+    read_at(&mut window, left);
+    let pixel = window.state().state().probed.unwrap();
+    read_at(&mut window, super::MIDDLE);
+    read_at(&mut window, left + vec2(half, 0.0));
+    assert_eq!(window.state().state().probed.unwrap(), pixel);
+}
+
+#[test]
+fn a_lamp_alone_ends_by_escape_and_by_another_environment() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let solo = |window: &mut super::Window| {
+        window.key_press(Key::PageDown);
+        until(window, "lamp alone", |app| {
+            app.relit().is_some_and(|relit| relit.solo == [0])
+        });
+    };
+    let ended = |window: &mut super::Window| {
+        until(window, "all lamps", |app| {
+            app.relit().is_some_and(|relit| relit.solo.is_empty())
+        });
+    };
+    solo(&mut window);
+    window.get_by_label_contains("olat_00 alone ×");
+    snapshot(&mut window, "studio_solo");
+    window.key_press(Key::Escape);
+    ended(&mut window);
+
+    solo(&mut window);
+    window.get_by_label("sky").click();
+    ended(&mut window);
+    window.get_by_label_contains("All lamps light the subject again");
+    assert_eq!(window.state().relit().unwrap().environment, "sky");
+    // The one that is chosen already, too.
+    solo(&mut window);
+    window.get_by_label("sky").click();
+    ended(&mut window);
+}
+
+#[test]
+fn arrow_keys_choose_in_the_list_of_commands_and_it_does_not_jump() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    let command = Modifiers::COMMAND | Modifiers::SHIFT;
+    window.key_press_modifiers(command, Key::P);
+    window.run_steps(3);
+    let field = |window: &super::Window| {
+        let role = egui::accesskit::Role::TextInput;
+        window.get_by_role_and_label(role, "Find a command").rect()
+    };
+    let before = field(&window);
+    window.event(egui::Event::Text("workspace".to_owned()));
+    window.run_steps(3);
+    assert_eq!(field(&window), before);
+    window.key_press(Key::ArrowDown);
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    assert_eq!(window.state().state().workspace, Workspace::Train);
 }

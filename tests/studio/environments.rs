@@ -211,3 +211,80 @@ fn a_file_that_is_gone_is_named_and_stays_in_the_list() {
     drop(window);
     assert!(Project::open(&home).unwrap().environment(&yard).is_some());
 }
+
+#[test]
+fn a_file_that_cannot_be_read_is_said_and_not_added() {
+    let folder = crate::temporary();
+    let (home, yard) = project_and_yard(folder.path());
+    let mut window = open(&home);
+    let damaged = folder.path().join("damaged.hdr");
+    std::fs::write(&damaged, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 9 +X").unwrap();
+    drop_file(&mut window, yard);
+    let before = window.state().state().look.clone();
+    drop_onto(&mut window, damaged);
+    until(&mut window, "reason", |app| app.status().refusal.is_some());
+    let state = window.state().state();
+    assert_eq!(state.look, before);
+    window.get_by_label_contains("damaged.hdr");
+    until_shown(&mut window);
+    assert_eq!(window.state().relit().unwrap().environment, "yard");
+    // The step before is the one that is undone.
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(2);
+    let names = |window: &Window| -> Vec<String> {
+        let list = window.state().environments().iter();
+        list.map(|entry| entry.listed.name.clone()).collect()
+    };
+    assert!(!names(&window).contains(&"yard".to_owned()));
+    drop(window);
+    let kept = Project::open(&home).unwrap().environments();
+    assert!(kept.iter().all(|known| known.name != "damaged"));
+}
+
+/// In a process without a desktop: no test opens a dialog on the screen of whoever runs it.
+#[test]
+fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
+    let test = "environments::where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped";
+    let nothing = [
+        ("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"),
+        ("PATH", "/nonexistent"),
+    ];
+    if !super::alone(test, &nothing) {
+        return;
+    }
+    let folder = crate::temporary();
+    let (home, yard) = project_and_yard(folder.path());
+    let mut window = open(&home);
+    window.get_by_label("Add…").click();
+    window.run_steps(2);
+    until(&mut window, "that there is no dialog", |app| {
+        let entry = app.state().path.as_ref();
+        entry.is_some_and(|entry| entry.missing.is_some())
+    });
+    window.get_by_label_contains("no file dialog");
+    super::snapshot(&mut window, "studio_path");
+    let typed = format!("{}/ya", folder.path().display());
+    window.event(egui::Event::Text(typed));
+    window.run_steps(2);
+    super::until_labelled(&mut window, "yard.exr");
+    window.key_press(Key::Tab);
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(2);
+    until_shown(&mut window);
+    assert!(window.state().state().path.is_none());
+    assert_eq!(window.state().relit().unwrap().environment, "yard");
+
+    window.get_by_label("Add…").click();
+    window.run_steps(2);
+    let copy = yard.with_file_name("drop.exr");
+    std::fs::copy(&yard, &copy).unwrap();
+    drop_file(&mut window, copy);
+    assert!(window.state().state().path.is_none());
+    assert_eq!(window.state().relit().unwrap().environment, "drop");
+    window.get_by_label("Add…").click();
+    window.run_steps(2);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(window.state().state().path.is_none());
+}

@@ -24,7 +24,7 @@ use tempfile::TempDir;
 use test_shoot::TestShoot;
 
 /// A project of four frames with a network that has hardly learnt anything, made once; each test has a copy.
-fn trained() -> (TempDir, Project) {
+pub fn trained() -> (TempDir, Project) {
     static MADE: OnceLock<(TempDir, Project)> = OnceLock::new();
     let (made, _) = MADE.get_or_init(|| {
         let (folder, silent) = (crate::temporary(), Progress::silent());
@@ -304,6 +304,7 @@ fn settings(to: String) -> RelightSettings {
         mapping: None,
         yaw_deg: 30.0,
         turntable: false,
+        solo: Vec::new(),
         yaw_keys: Keyframes::default(),
         lighting: Lighting::default(),
         intensity_keys: Keyframes::default(),
@@ -600,4 +601,91 @@ fn the_picture_is_shown_through_a_look_up_table_and_without_it_again() {
         app.relit().is_some_and(|relit| relit.rgb == plain)
     });
     assert!(window.query_by_label("LUT night.cube ×").is_none());
+}
+
+#[test]
+fn a_lamp_alone_is_exported_as_it_is_shown() {
+    let (mut window, root, _folder) = opened();
+    window.key_press(Key::PageDown);
+    window.run_steps(2);
+    until(&mut window, "lamp alone", |app| {
+        app.relit()
+            .is_some_and(|relit| relit.solo == [0] && relit.coarse == 1)
+    });
+    let shown = window.state().relit().unwrap().clone();
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    window.get_by_label_contains("alone, without background, as the picture shows it");
+    type_name(&mut window, "exports/alone");
+    window.get_by_label("Add to queue").click();
+    until_exported(&mut window, 1);
+    let file = image::open(root.join("exports/alone.0000.png")).unwrap();
+    let file = file.into_rgba8();
+    assert_eq!(
+        (file.width() as usize, file.height() as usize),
+        (shown.width, shown.height)
+    );
+    let mut solid = 0;
+    for (x, y, pixel) in file.enumerate_pixels() {
+        let [r, g, b, alpha] = pixel.0;
+        let codes = shown.codes([x as usize, y as usize]).unwrap();
+        if alpha == 255 {
+            solid += 1;
+            let off = [r, g, b].into_iter().zip(codes).map(|(a, b)| a.abs_diff(b));
+            assert!(off.max().unwrap() <= 1, "{x}, {y}: {pixel:?} {codes:?}");
+        }
+    }
+    assert!(solid > 100, "{solid} pixels of the subject");
+
+    let project = Project::open(&root).unwrap();
+    let unknown = RelightSettings {
+        solo: vec!["no such".to_owned()],
+        ..settings(root.join("unknown.%04d.png").display().to_string())
+    };
+    let refused = relight(&project, &unknown, &Progress::silent()).unwrap_err();
+    assert!(
+        refused
+            .to_string()
+            .contains("there is no lamp \"no such\": the lamps are olat_00"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_measured_cell_is_shown_beside_its_truth() {
+    let (mut window, _root, _folder) = opened();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
+    until_labelled(&mut window, "Measure");
+    window.get_by_label("Measure").click();
+    until_said(&mut window, "Largest errors");
+    let cell = window
+        .query_all_by_label_contains("pose00, olat_")
+        .next()
+        .expect("the list has poses");
+    cell.click_accesskit();
+    until(&mut window, "the cell's pictures", |app| {
+        app.review().cell.as_ref().is_some_and(Result::is_ok)
+    });
+    let shown = window.state().review().cell.clone().unwrap().unwrap();
+    assert_eq!(
+        Some(shown.cell.lamp),
+        window.state().state().solo.first().copied()
+    );
+    for name in ["prediction", "photograph", "difference (FLIP)"] {
+        window.get_by_role_and_label(Role::Image, name);
+    }
+    assert_ne!(shown.truth, shown.predicted);
+    snapshot(&mut window, "studio_cell");
+    // One zoom for all three; Esc leads back to the picture.
+    let photograph = window
+        .get_by_role_and_label(Role::Image, "photograph")
+        .rect();
+    window.event(Event::PointerMoved(photograph.center()));
+    window.event(Event::Zoom(2.0));
+    window.run_steps(3);
+    assert!(window.state().state().view.zoom > 1.5);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(window.state().state().cell.is_none());
+    window.get_by_label("Relit picture");
 }

@@ -35,7 +35,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     );
     assert_eq!(frames(window.state(), Keyframed::Yaw), [0.0, last as f64]);
     window.get_by_label_contains(&format!(
-        "Yaw is keyed: a change sets a key at frame {last}"
+        "Yaw is animated: changes set a key at frame {last}."
     ));
     let yaw = window.state().state().look.yaw_deg;
     assert!(yaw > 60.0, "{yaw}");

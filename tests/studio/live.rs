@@ -2,14 +2,17 @@
 
 use super::on_gpu::own_gpu;
 use super::{
-    Window, clay, clay_window, export, pointer, snapshot, told_job, until, until_shown, window,
+    MIDDLE, Window, clay, clay_window, export, pointer, snapshot, told_job, until, until_shown,
+    window,
 };
 use afterlight::Error;
+use afterlight::evaluation::review::ReviewSettings;
+use afterlight::gpu::DeviceChoice;
 use afterlight::studio::{Pane, ProjectHandover, StudioApp, Workspace};
-use afterlight::worker::Latest;
+use afterlight::worker::{Job, Latest};
 use eframe::egui_wgpu::WgpuSetup;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, ViewportCommand, ViewportId, vec2};
+use egui::{Event, Key, Modifiers, PointerButton, ViewportCommand, ViewportId, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::time::{Duration, Instant};
@@ -303,4 +306,206 @@ fn at_twice_the_pixels_the_window_is_as_sharp_as_its_display() {
         until_shown(&mut window);
     }
     snapshot(&mut window, "studio_twice");
+}
+
+/// A press or a release of the first button.
+fn press(pos: egui::Pos2, pressed: bool) -> Event {
+    Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    }
+}
+
+#[test]
+fn a_drag_turns_by_what_comes_between_press_and_release() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let right = |points: f32| MIDDLE + vec2(points, 0.0);
+    for place in ["picture", "panorama"] {
+        let (at, per_point) = match place {
+            "picture" => (MIDDLE, 0.4),
+            _ => {
+                let panorama = window.get_by_label("Environment").rect();
+                (
+                    panorama.center() - vec2(40.0, 0.0),
+                    360.0 / panorama.width(),
+                )
+            }
+        };
+        let to = |points: f32| at + right(points).to_vec2() - MIDDLE.to_vec2();
+        window.event(Event::PointerMoved(at - vec2(60.0, 0.0)));
+        window.run_steps(2);
+        // A slow frame of the window takes in all of it at once.
+        let events = [
+            Event::PointerMoved(at),
+            press(at, true),
+            Event::PointerMoved(to(20.0)),
+        ];
+        window.input_mut().events.extend(events);
+        window.run_steps(3);
+        let events = [
+            Event::PointerMoved(to(50.0)),
+            press(to(50.0), false),
+            Event::PointerMoved(to(75.0)),
+        ];
+        window.input_mut().events.extend(events);
+        window.run_steps(4);
+        let yaw = window.state().state().look.yaw_deg;
+        assert!((yaw - 50.0 * per_point).abs() < 0.01, "{place}: {yaw}");
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        window.run_steps(2);
+        assert_eq!(window.state().state().look.yaw_deg, 0.0, "{place}");
+    }
+}
+
+#[test]
+fn a_close_that_would_end_work_is_asked_about_once() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let close = |window: &mut Window| {
+        let root = window.input_mut().viewports.entry(ViewportId::ROOT);
+        root.or_default().events.push(egui::ViewportEvent::Close);
+        window.step();
+        let root = window.input_mut().viewports.entry(ViewportId::ROOT);
+        root.or_default().events.clear();
+        let commands = &window.output().viewport_output[&ViewportId::ROOT].commands;
+        commands.contains(&ViewportCommand::CancelClose)
+    };
+    assert!(!close(&mut window), "nothing would be lost");
+    let job = told_job(&mut window);
+    assert!(close(&mut window));
+    window.run_steps(2);
+    window.get_by_label_contains("Training the network: training at 37 %. It stops");
+    snapshot(&mut window, "studio_closing");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(window.query_by_label("Close anyway").is_none());
+    assert!(close(&mut window));
+    window.run_steps(2);
+    window.get_by_label("Keep working").click();
+    window.run_steps(2);
+    assert!(window.query_by_label("Close anyway").is_none());
+    assert!(close(&mut window));
+    assert!(!close(&mut window), "the second time it closes");
+    window.run_steps(2);
+    window.get_by_label("Close anyway").click();
+    let commands = |window: &Window| {
+        let commands = &window.output().viewport_output[&ViewportId::ROOT].commands;
+        commands.contains(&ViewportCommand::Close)
+    };
+    let closed = (0..4).any(|_| {
+        window.step();
+        commands(&window)
+    });
+    assert!(closed);
+    drop(job);
+}
+
+#[test]
+fn nothing_moves_as_jobs_come_and_go() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let places = |window: &Window| {
+        ["Play", "Relit picture", "Keys ?", "Panels"].map(|name| window.get_by_label(name).rect())
+    };
+    let before = places(&window);
+    let job = told_job(&mut window);
+    window.run_steps(2);
+    assert_eq!(places(&window), before);
+    window.get_by_label("Stop");
+    drop(job);
+    until(&mut window, "end of the job", |app| {
+        app.status().job.is_none()
+    });
+    window.run_steps(2);
+    assert_eq!(places(&window), before);
+    window.get_by_label_contains("3250 steps in 600 s");
+    window.get_by_label("Close").click();
+    window.run_steps(2);
+    assert!(window.query_by_label_contains("3250 steps").is_none());
+}
+
+/// Processor time of this process so far, in seconds.
+#[cfg(target_os = "linux")]
+fn processor_time() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let (_, after_name) = stat.rsplit_once(')').unwrap();
+    let fields: Vec<&str> = after_name.split_whitespace().collect();
+    let ticks: f64 = fields[11..13]
+        .iter()
+        .map(|t| t.parse::<f64>().unwrap())
+        .sum();
+    // Linux counts for programs in hundredths of a second.
+    ticks / 100.0
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_window_at_rest_leaves_the_processor_alone() {
+    if !super::alone("live::a_window_at_rest_leaves_the_processor_alone", &[]) {
+        return;
+    }
+    // As the program does: the window's GPU is offered to the network.
+    let Some(gpu) = own_gpu() else { return };
+    afterlight::gpu::Gpu::share(afterlight::gpu::WgpuSetup {
+        instance: gpu.instance.clone(),
+        backend: gpu.adapter.get_info().backend,
+        adapter: gpu.adapter.clone(),
+        device: gpu.device.clone(),
+        queue: gpu.queue.clone(),
+    });
+    let is_software = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+    let (_folder, project) = export::trained();
+    let mut window = Harness::builder()
+        .with_size(vec2(1280.0, 720.0))
+        .wgpu_setup(WgpuSetup::Existing(gpu))
+        .build_eframe(|cc| {
+            let app = StudioApp::new(&cc.egui_ctx, Some(project), DeviceChoice::Auto);
+            app.drawn_with(cc.wgpu_render_state.clone().unwrap())
+        });
+    until(&mut window, "first picture", |app| app.relit().is_some());
+    until_shown(&mut window);
+    let rests = |window: &mut Window, what: &str| {
+        // What is shown is read first, on other threads.
+        let started = Instant::now();
+        loop {
+            until_idle(window, what);
+            let before = processor_time();
+            std::thread::sleep(Duration::from_millis(500));
+            if processor_time() - before < 0.02 {
+                break;
+            }
+            assert!(started.elapsed() < PATIENCE, "{what} never rests");
+        }
+        let before = processor_time();
+        std::thread::sleep(Duration::from_secs(10));
+        let spent = processor_time() - before;
+        println!("{what}: {spent:.2} s of the processor in ten idle seconds");
+        // Where burn computes on a GPU, two of its threads look for work all the time.
+        assert!(spent < 0.1 || !is_software, "{what}: {spent} s");
+    };
+    for (place, workspace) in Workspace::ALL.into_iter().enumerate() {
+        enter(&mut window, place);
+        rests(&mut window, workspace.name());
+    }
+    let root = window.state().project().unwrap().root.clone();
+    let job = Job::Review {
+        project: root,
+        settings: ReviewSettings {
+            truth: None,
+            fresh: true,
+            report: None,
+            device: DeviceChoice::Auto,
+        },
+    };
+    window.state().worker().unwrap().run(job).unwrap();
+    until(&mut window, "figures", |app| {
+        app.status().message.is_some() && app.status().job.is_none()
+    });
+    rests(&mut window, "after measuring");
 }

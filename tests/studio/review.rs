@@ -3,6 +3,7 @@
 use super::{Window, clay, lines_with, snapshot, snapshot_without, until, until_shown, window};
 use afterlight::evaluation::review::{Mark, Marks, Metric};
 use afterlight::project::Project;
+use afterlight::reflectance::checkpoint::{self, DEMO_STARTER};
 use afterlight::studio::StudioApp;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
@@ -254,4 +255,80 @@ fn figures_that_cannot_be_read_are_named_and_can_be_measured_anew() {
     // The folder has another name each time.
     let places = lines_with(&window, "measured.json", 850.0, 1270.0);
     snapshot_without(&mut window, "studio_review_error", &places);
+}
+
+#[test]
+fn frames_that_are_unlike_every_pose_are_listed_and_another_networks_are_called_so() {
+    let folder = crate::temporary();
+    let project = clay_project(folder.path());
+    let frame = |frame: usize, distance: f32| {
+        serde_json::json!({
+            "frame": frame, "distance": distance, "pose": 0, "cells": [], "errors": [], "lamps": [],
+            "expected": {"psnr_db": 21.4, "at_least_db": 19.8},
+        })
+    };
+    let report = serde_json::json!({
+        "format": 2, "step": 5, "seconds": 1.0, "pose_distances": [0.5, 1.0], "far": 1.0,
+        "frames": [frame(0, 0.9), frame(2, 1.5), frame(3, 1.2)],
+        "every": 1, "missing": [2], "minutes": null, "relation": null, "lamps": null,
+    });
+    let path = afterlight::confidence::ConfidenceReport::path(&project);
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(path, report.to_string()).unwrap();
+    let window = opened(&project);
+    window.get_by_label_contains("found out for another network");
+    window.get_by_label_contains("2 of 3 frames are farther from every pose");
+    window.get_by_label("Frame 2: 1.5 × as far, 21.4 dB (19.8 at least)");
+    window.get_by_label("Frame 3: 1.2 × as far, 21.4 dB (19.8 at least)");
+    window.get_by_label("Frame 2");
+    window.get_by_label("Compare frames with poses");
+}
+
+#[test]
+fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_first() {
+    let folder = crate::temporary();
+    let project = clay_project(folder.path());
+    checkpoint::install(DEMO_STARTER, &project.checkpoint_path()).unwrap();
+    let network = checkpoint::info(&project.checkpoint_path()).unwrap();
+    // Expected errors grow to the right.
+    let side = afterlight::confidence::SIDE;
+    let errors: Vec<f64> = (0..side * side)
+        .map(|cell| 0.01 * (cell % side + 1) as f64)
+        .collect();
+    let lamps = project.settings.shoot.lamps.len();
+    let frame = |frame: usize| {
+        let decibels = |lamp: usize| 30.0 - 0.1 * lamp as f64 - frame as f64;
+        serde_json::json!({
+            "frame": frame, "distance": 0.5, "pose": 0, "cells": errors, "errors": errors,
+            "lamps": (0..lamps).map(decibels).collect::<Vec<_>>(),
+            "expected": {"psnr_db": 21.4, "at_least_db": 19.8},
+        })
+    };
+    let frames = project.settings.shoot.frames.len();
+    let report = serde_json::json!({
+        "format": 2, "step": network.step, "seconds": network.seconds, "pose_distances": [0.5, 1.0], "far": 1.0,
+        "frames": (0..frames).map(frame).collect::<Vec<_>>(),
+        "every": 1, "missing": [], "minutes": 0.5, "relation": null, "lamps": null,
+    });
+    let path = afterlight::confidence::ConfidenceReport::path(&project);
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(path, report.to_string()).unwrap();
+    let mut window = opened(&project);
+    let worst = frames - 1;
+    let name = project.settings.shoot.lamps.last().unwrap();
+    let decibels = 30.0 - 0.1 * (lamps - 1) as f64 - worst as f64;
+    window
+        .get_by_label(&format!("Frame {worst}, {name}: {decibels:.1} dB"))
+        .click();
+    until_shown(&mut window);
+    assert_eq!(window.state().state().frame, worst);
+    assert_eq!(window.state().state().solo, [lamps - 1]);
+    window.get_by_label(&format!("{name} alone ×"));
+    window
+        .get_by_label("Show over the picture where errors are expected")
+        .click();
+    window.run_steps(3);
+    assert!(window.state().state().doubts);
+    window.get_by_label("Errors ×");
+    snapshot(&mut window, "studio_expected_errors");
 }

@@ -16,7 +16,9 @@ pub use heat::{badness, heat};
 pub use layout::{SheetLayout, place_by_direction};
 pub use marks::{Mark, MarkedOlat, Marks};
 pub use measure::{ReviewReport, ReviewSettings, own_truth, review};
+pub use pictures::ScoredPictures;
 
+use super::flicker::ClipFlicker;
 use super::metrics::pooled;
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
@@ -101,6 +103,9 @@ pub struct Review {
     /// Steps and seconds of the network's training.
     pub training_steps: u64,
     pub training_seconds: f64,
+    /// How much the interview flickers when it is relit. None if that cannot be said, and in files of older versions.
+    #[serde(default)]
+    pub flicker: Option<ClipFlicker>,
     /// Names of the lamps that the network learns.
     pub lamps: Vec<String>,
     /// Frames first, then poses. At least one.
@@ -284,6 +289,7 @@ pub(crate) mod tests {
             truth: None,
             training_steps: 1200,
             training_seconds: 600.0,
+            flicker: None,
             lamps: ["olat_00", "olat_01", "olat_02"]
                 .map(str::to_owned)
                 .to_vec(),

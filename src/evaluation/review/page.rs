@@ -128,7 +128,11 @@ fn summary(review: &Review) -> String {
         }
         out += "</tr>\n";
     }
-    out + "</table>\n"
+    out += "</table>\n";
+    if let Some(flicker) = &review.flicker {
+        let _ = writeln!(out, "<p>{}.</p>", escape(&flicker.sentence()));
+    }
+    out
 }
 
 fn marked(contents: &Contents) -> String {

@@ -1,13 +1,17 @@
-//! A case's predicted and true OLATs, and their pictures for a page.
+//! A case's predicted and true OLATs, and their pictures for a page and for the window.
 
 use super::super::flip::{PIXELS_PER_DEGREE, flip};
 use super::super::metrics::{Compared, encoded};
-use super::heat;
-use base::error::Result;
+use super::reviewer::Reviewer;
+use super::{Case, heat};
+use base::error::{Error, Result};
 use base64::prelude::{BASE64_STANDARD, Engine};
+use gpu::DeviceChoice;
 use imaging::file::png_bytes;
 use imaging::resample::resize_area;
 use imaging::{Encoded, Image, Mask};
+use project::Project;
+use std::path::Path;
 
 /// Longest side of a picture in a page.
 const SIDE_PX: usize = 256;
@@ -32,15 +36,32 @@ impl CasePictures {
 }
 
 /// A case's pictures in the codes that were scored.
-pub(super) struct PagePictures {
+pub struct ScoredPictures {
     pictures: CasePictures,
     exposure: f64,
     scale: f64,
 }
 
-impl PagePictures {
+impl ScoredPictures {
+    /// Predicts a case by the project's network, and reads its truth: photographs of a pose, or what `truth` has of a frame.
+    /// `scale` is that of the case's scores.
+    ///
+    /// # Errors
+    /// When there is no calibration, network or truth, or a file cannot be read.
+    pub fn open(
+        project: &Project,
+        truth: Option<&Path>,
+        device: DeviceChoice,
+        (case, scale): (Case, f64),
+    ) -> Result<Self> {
+        // Poses need no truth.
+        let truth = truth.filter(|_| matches!(case, Case::Frame(_)));
+        let reviewer = Reviewer::open(project, truth, device)?;
+        Ok(Self::new(reviewer.predict(case)?, scale))
+    }
+
     /// `scale` brings predictions to the truth's units.
-    pub fn new(pictures: CasePictures, scale: f64) -> Self {
+    pub(super) fn new(pictures: CasePictures, scale: f64) -> Self {
         Self {
             exposure: pictures.compared().exposure(),
             pictures,
@@ -56,12 +77,26 @@ impl PagePictures {
         self.code(&self.pictures.predicted[lamp], self.scale)
     }
 
-    /// A lamp's true and predicted picture and their FLIP, each a data URI.
-    pub fn row(&self, lamp: usize) -> Result<[String; 3]> {
-        let truth = self.code(&self.pictures.truths[lamp], 1.0);
+    /// A lamp's true and predicted picture, and their FLIP as heat.
+    ///
+    /// # Errors
+    /// When there is no such lamp, or the pictures are of different sizes.
+    pub fn of(&self, lamp: usize) -> Result<[Encoded; 3]> {
+        let Some(truth) = self.pictures.truths.get(lamp) else {
+            return Err(Error::missing(
+                format!("there is no lamp {lamp} in what was measured"),
+                "Measure again",
+            ));
+        };
+        let truth = self.code(truth, 1.0);
         let predicted = self.predicted(lamp);
         let errors = flip(&truth, &predicted, PIXELS_PER_DEGREE)?.error;
-        let errors = Encoded(errors.map(heat));
+        Ok([truth, predicted, Encoded(errors.map(heat))])
+    }
+
+    /// The same, each a data URI.
+    pub(super) fn row(&self, lamp: usize) -> Result<[String; 3]> {
+        let [truth, predicted, errors] = self.of(lamp)?;
         Ok([
             data_uri(&truth, SIDE_PX)?,
             data_uri(&predicted, SIDE_PX)?,
@@ -70,7 +105,7 @@ impl PagePictures {
     }
 
     /// A small predicted picture of every lamp, each a data URI.
-    pub fn sheet(&self) -> Result<Vec<String>> {
+    pub(super) fn sheet(&self) -> Result<Vec<String>> {
         (0..self.pictures.predicted.len())
             .map(|lamp| data_uri(&self.predicted(lamp), SMALL_PX))
             .collect()
@@ -112,7 +147,7 @@ mod tests {
             predicted: vec![olat(0), olat(9)],
             truths: vec![olat(0), olat(0)],
         };
-        let pictures = PagePictures::new(pictures, 1.0);
+        let pictures = ScoredPictures::new(pictures, 1.0);
         let [truth, predicted, same] = pictures.row(0).unwrap();
         assert_eq!(truth, predicted);
         let [.., different] = pictures.row(1).unwrap();

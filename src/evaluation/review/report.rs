@@ -1,7 +1,7 @@
 //! The page of a review: one HTML file with its pictures inside.
 
 use super::page::{Contents, Sheet, WorstPictures, page};
-use super::pictures::PagePictures;
+use super::pictures::ScoredPictures;
 use super::reviewer::Reviewer;
 use super::{Marks, Metric, Review};
 use base::error::Result;
@@ -36,7 +36,7 @@ pub(super) fn write_report(
         progress.check("the figures are kept, the page was not written")?;
         let scores = &review.cases[case];
         progress.step("pictures", done as u64, wanted.len() as u64, &scores.name);
-        let case_pictures = PagePictures::new(reviewer.predict(scores.case)?, scores.scale);
+        let case_pictures = ScoredPictures::new(reviewer.predict(scores.case)?, scores.scale);
         for &(rank, lamp) in lamps {
             pictures[rank] = case_pictures.row(lamp)?;
         }

@@ -1,5 +1,6 @@
 //! Measures a network: every case beside its truth, under every lamp.
 
+use super::super::flicker::{self, ClipFlicker};
 use super::super::metrics::{check, encoded, mean_inside, scale};
 use super::super::{Truth, flip::PIXELS_PER_DEGREE, flip::flip, ssim};
 use super::pictures::CasePictures;
@@ -13,6 +14,7 @@ use project::Project;
 use rayon::prelude::*;
 use reflectance::{Predictor, ReflectanceField, checkpoint::CheckpointInfo};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What is kept when a person stops it.
 const KEPT: &str = "the figures measured before are kept";
@@ -84,6 +86,29 @@ impl<'a> Reviewer<'a> {
         Ok(pictures)
     }
 
+    /// How much the interview flickers under the project's first environment, or a built-in one.
+    fn flicker(&self, progress: &Progress) -> Result<Option<ClipFlicker>> {
+        let mut there = (self.project.environments().into_iter()).filter(|known| !known.missing);
+        let (environment, yaw_deg) = match there.next() {
+            Some(known) => (
+                Arc::new(light::panorama::load(&known.file)?),
+                known.front.unwrap_or_default().turned(0.0),
+            ),
+            None => match light::built_in::named("nave") {
+                Some(nave) => (nave.environment(), 0.0),
+                None => return Ok(None),
+            },
+        };
+        flicker::of_clip(
+            self.project,
+            &self.calibration,
+            (&environment, yaw_deg),
+            flicker::middle(self.project),
+            &mut |frame| self.predictor.predict(frame),
+            progress,
+        )
+    }
+
     /// Measures every case under every lamp.
     ///
     /// # Errors
@@ -142,6 +167,7 @@ impl<'a> Reviewer<'a> {
             truth,
             training_steps: info.step,
             training_seconds: info.seconds,
+            flicker: flicker::if_possible(self.flicker(progress), progress)?,
             lamps: shoot.lamps.clone(),
             cases: measured,
         })

@@ -7,7 +7,7 @@
 //! What comes out between rows is thrown away.
 
 use super::shape::Shape;
-use super::tile::{self, Factor, MAX_POSITIONS, ROWS, Tile};
+use super::tile::{self, Factor, MAX_POSITIONS, Packed, ROWS, Tile};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -29,8 +29,8 @@ impl Band {
     pub fn new(shape: &Shape, from: usize, rows: usize) -> Self {
         let stride = shape.width + shape.radius();
         let used = rows * stride;
-        let plane = used.next_multiple_of(MAX_POSITIONS).next_multiple_of(16)
-            + 2 * shape.radius() * (stride + 1);
+        // The last tile may reach further, whatever its width.
+        let plane = used + MAX_POSITIONS + 2 * shape.radius() * (stride + 1);
         // An odd number of cache lines between channels spreads them over the cache's sets.
         let plane = (plane.div_ceil(16) | 1) * 16;
         let taps = (0..shape.taps())
@@ -86,12 +86,11 @@ thread_local! {
 struct Product<'a, 'b> {
     band: &'a Band,
     values: &'a [f32],
-    channels: usize,
-    weights: Factor<'a>,
-    /// Distance between output channels in the weights.
-    row_stride: usize,
+    /// The weights, output channel by output channel.
+    weights: &'a Packed,
     width: usize,
     bias: Option<&'a [f32]>,
+    /// The first output channel, a multiple of [`ROWS`].
     first: usize,
     /// The band's rows in each output plane.
     out: &'a mut [&'b mut [f32]],
@@ -112,14 +111,10 @@ impl WithSimd for Product<'_, '_> {
         for position in (0..self.band.positions()).step_by(step) {
             for (i, planes) in self.out.chunks_mut(ROWS).enumerate() {
                 let channel = |r: usize| self.first + i * ROWS + r.min(planes.len() - 1);
-                let rows = core::array::from_fn(|r| channel(r) * self.row_stride);
-                let start = core::array::from_fn(|r| self.bias.map_or(0.0, |b| b[channel(r)]));
                 let product = tile::Product {
-                    left: self.weights,
-                    rows,
+                    left: self.weights.block(self.first / ROWS + i),
                     right,
-                    channels: self.channels,
-                    start,
+                    start: core::array::from_fn(|r| self.bias.map_or(0.0, |b| b[channel(r)])),
                 };
                 product.fill(simd, position, &mut tile);
                 for (plane, sums) in planes.iter_mut().zip(&tile) {
@@ -213,6 +208,11 @@ pub fn convolve(
         .div_ceil(shape.batch * bands)
         .min(shape.outputs.div_ceil(ROWS));
     let part = shape.outputs.div_ceil(parts).next_multiple_of(ROWS);
+    let size = (shape.inputs, weights.taps.len());
+    let packed = Packed::new(shape.outputs, size, |row, channel, tap| {
+        let start = row * weights.row_stride + channel * weights.channel_stride;
+        weights.values[start + weights.taps[tap]]
+    });
     let mut split = split_bands(out, shape, shape.outputs, rows);
     let tasks = shares(&mut split, part);
     let threads = tasks.len() > 1;
@@ -230,13 +230,7 @@ pub fn convolve(
         Arch::new().dispatch(Product {
             band: &band,
             values: &values,
-            channels: shape.inputs,
-            weights: Factor {
-                values: weights.values,
-                channel_stride: weights.channel_stride,
-                taps: &weights.taps,
-            },
-            row_stride: weights.row_stride,
+            weights: &packed,
             width: shape.width,
             bias,
             first,

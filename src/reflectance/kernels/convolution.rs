@@ -8,7 +8,6 @@ use super::pointwise::Activation;
 use super::shape::{Shape, Sources};
 use super::tile::MAX_POSITIONS;
 use super::unfolded;
-use rayon::prelude::*;
 
 /// The gradients of a convolution.
 pub struct Gradients {
@@ -112,24 +111,12 @@ fn by_input(
         return unfolded::by_input(shape, weight, before, out);
     }
     let taps = shape.taps();
-    let mut weights = Weights {
+    let weights = Weights {
         values: weight,
         row_stride: taps,
         channel_stride: shape.inputs * taps,
         taps: (0..taps).rev().collect(),
     };
-    // Read as they lie, weights come a few at a time from far apart: with little to do for each, it
-    // pays to bring them in order first.
-    let turned;
-    if shape.tiles.is_none() && shape.plane() < 1024 {
-        turned = transposed(shape, weight);
-        weights = Weights {
-            values: &turned,
-            row_stride: shape.outputs * taps,
-            channel_stride: taps,
-            ..weights
-        };
-    }
     convolve(&shape.reversed(), &weights, None, out, before, |_| {});
 }
 
@@ -146,22 +133,4 @@ fn convolve(
         Some(precision) => amx::convolve(precision, shape, weights, bias, out, row, finish),
         None => band::convolve(shape, weights, bias, out, row, finish),
     }
-}
-
-/// `[outputs, inputs, taps]` → `[inputs, outputs, taps]`.
-fn transposed(shape: &Shape, weight: &[f32]) -> Vec<f32> {
-    const INPUTS: usize = 16;
-    let (taps, columns) = (shape.taps(), shape.columns());
-    let row = shape.outputs * taps;
-    let mut transposed = vec![0.0; weight.len()];
-    let blocks = transposed.par_chunks_mut(INPUTS * row).enumerate();
-    blocks.for_each(|(block, rows)| {
-        for (output, weight) in weight.chunks_exact(columns).enumerate() {
-            let weight = weight[block * INPUTS * taps..].chunks_exact(taps);
-            for (row, weight) in rows.chunks_exact_mut(row).zip(weight) {
-                row[output * taps..][..taps].copy_from_slice(weight);
-            }
-        }
-    });
-    transposed
 }

@@ -136,7 +136,7 @@ impl WithSimd for Correlation<'_> {
             };
             // Narrow vectors come with few registers.
             let whole = match S::F32_LANES {
-                8 => block.add_tiles::<S, 2>(simd, 0, place),
+                8 => block.add_tiles::<S, 3>(simd, 0, place),
                 _ => block.add_tiles::<S, 6>(simd, 0, place),
             };
             block.add_tiles::<S, 1>(simd, whole, place);

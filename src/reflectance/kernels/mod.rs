@@ -55,6 +55,11 @@ pub enum Precision {
     Half,
 }
 
+/// Whether the processor has tile registers, so that [`Precision`] makes a difference on it.
+pub fn has_tiles() -> bool {
+    amx::available()
+}
+
 /// Whether our kernels can compute on `x`: f32 on burn's CPU backend.
 pub fn serve<const D: usize>(x: &Tensor<D>) -> bool {
     let device = x.device().without_autodiff();

@@ -1,14 +1,54 @@
 //! The inner loops in which convolutions spend their time. Each keeps a block of sums in registers.
 
+use super::chunks::WORTH_A_THREAD;
 use pulp::Simd;
+use rayon::prelude::*;
 
 /// Rows of a tile of a [`Product`] and of a [`correlation`].
 pub const ROWS: usize = 4;
 /// Most positions that a tile of a [`Product`] covers, whatever the processor.
 pub const MAX_POSITIONS: usize = 5 * 16;
 
-/// One factor of a product: element (channel, tap) of row or position `i` lies at
-/// `channel · channel_stride + taps[tap] + i`.
+/// The left factor of products, block by block: of each element the values of a block's [`ROWS`] rows side by side, so
+/// that a tile reads it from start to end. The last block is filled up with its last row.
+pub struct Packed {
+    values: Vec<[f32; ROWS]>,
+    /// Elements of a row.
+    length: usize,
+}
+
+impl Packed {
+    /// Packs rows of `channels` times `taps` elements, at least one; `value(row, channel, tap)` gives each.
+    pub fn new(
+        rows: usize,
+        (channels, taps): (usize, usize),
+        value: impl Fn(usize, usize, usize) -> f32 + Sync,
+    ) -> Self {
+        let length = channels * taps;
+        let mut values = vec![[0.0; ROWS]; rows.div_ceil(ROWS) * length];
+        let blocks = values.par_chunks_mut(length).enumerate();
+        let least = (WORTH_A_THREAD / (ROWS * length)).max(1);
+        blocks.with_min_len(least).for_each(|(block, values)| {
+            let first = block * ROWS;
+            for (channel, values) in values.chunks_exact_mut(taps).enumerate() {
+                for (tap, values) in values.iter_mut().enumerate() {
+                    // The last block's further rows repeat the last: their sums go nowhere.
+                    *values =
+                        core::array::from_fn(|r| value((first + r).min(rows - 1), channel, tap));
+                }
+            }
+        });
+        Self { values, length }
+    }
+
+    /// The rows from `ROWS · block` on.
+    #[inline(always)]
+    pub fn block(&self, block: usize) -> &[[f32; ROWS]] {
+        &self.values[block * self.length..][..self.length]
+    }
+}
+
+/// The right factor of a product: element (channel, tap) of position `i` lies at `channel · channel_stride + taps[tap] + i`.
 #[derive(Clone, Copy)]
 pub struct Factor<'a> {
     pub values: &'a [f32],
@@ -25,22 +65,20 @@ pub fn positions<S: Simd>() -> usize {
     vectors::<S>() * S::F32_LANES
 }
 
-/// Vectors side by side in a tile: with sums, right factors and broadcasts the tile fills 32
-/// registers, or the 16 of AVX2.
+/// Vectors side by side in a tile: with sums, right factors and a broadcast the tile fills 32 registers, or the 16 of
+/// AVX2, and there are sums enough that none waits for its last addition.
 #[inline(always)]
 fn vectors<S: Simd>() -> usize {
-    if S::F32_LANES == 8 { 2 } else { 5 }
+    if S::F32_LANES == 8 { 3 } else { 5 }
 }
 
-/// A product of two factors: start(row) + Σ over channels and taps of left(channel, tap, row) ·
-/// right(channel, tap, position).
+/// A product of two factors: start(row) + Σ over channels and taps of left(row, channel · taps + tap) · right(channel,
+/// tap, position).
 #[derive(Clone, Copy)]
 pub struct Product<'a> {
-    pub left: Factor<'a>,
-    /// Where the rows of a tile begin in the left factor.
-    pub rows: [usize; ROWS],
+    /// A block of [`Packed`] rows, of as many elements as the right factor has channels times taps.
+    pub left: &'a [[f32; ROWS]],
     pub right: Factor<'a>,
-    pub channels: usize,
     pub start: [f32; ROWS],
 }
 
@@ -49,7 +87,7 @@ impl Product<'_> {
     #[inline(always)]
     pub fn fill<S: Simd>(&self, simd: S, position: usize, tile: &mut Tile) {
         if S::F32_LANES == 8 {
-            self.fill_with::<S, 2>(simd, position, tile);
+            self.fill_with::<S, 3>(simd, position, tile);
         } else {
             self.fill_with::<S, 5>(simd, position, tile);
         }
@@ -57,24 +95,26 @@ impl Product<'_> {
 
     #[inline(always)]
     fn fill_with<S: Simd, const V: usize>(&self, simd: S, position: usize, tile: &mut Tile) {
-        let Self {
-            left, rows, right, ..
-        } = *self;
+        // With AVX2 sums, right factors and the broadcast take all registers. Whether the compiler keeps them there hangs on
+        // the shape of these loops: `make bench` shows it, a spill costs half the speed.
+        let Self { left, right, start } = *self;
+        let Factor {
+            values,
+            channel_stride,
+            taps,
+        } = right;
         let mut sums = [[simd.splat_f32s(0.0); V]; ROWS];
-        for (sums, start) in sums.iter_mut().zip(self.start) {
+        for (sums, start) in sums.iter_mut().zip(start) {
             *sums = [simd.splat_f32s(start); V];
         }
-        let taps = left.taps.len().min(right.taps.len());
-        for channel in 0..self.channels {
-            let a = &left.values[channel * left.channel_stride..];
-            let b = &right.values[channel * right.channel_stride + position..];
-            for tap in 0..taps {
-                let b = &b[right.taps[tap]..][..V * S::F32_LANES];
+        for (channel, left) in left.chunks_exact(taps.len()).enumerate() {
+            let values = &values[channel * channel_stride + position..];
+            for (a, tap) in left.iter().zip(taps) {
+                let b = &values[*tap..][..V * S::F32_LANES];
                 let (b, _) = S::as_simd_f32s(b);
                 let b: &[S::f32s; V] = b.first_chunk().expect("V vectors were taken");
-                let a_tap = left.taps[tap];
-                for (sums, row) in sums.iter_mut().zip(rows) {
-                    let weight = simd.splat_f32s(a[row + a_tap]);
+                for (sums, weight) in sums.iter_mut().zip(a) {
+                    let weight = simd.splat_f32s(*weight);
                     for (sum, b) in sums.iter_mut().zip(b) {
                         *sum = simd.mul_add_e_f32s(weight, *b, *sum);
                     }

@@ -7,7 +7,7 @@ use super::chunks::WORTH_A_THREAD;
 use super::correlation::add;
 use super::pointwise::Activation;
 use super::shape::{Shape, Sources};
-use super::tile::{self, Factor, MAX_POSITIONS, ROWS, Tile};
+use super::tile::{self, Factor, MAX_POSITIONS, Packed, ROWS, Tile};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -24,7 +24,8 @@ impl Unfolded {
         band.fill(shape, shape.inputs, &mut copy, |c, y, into| {
             into.copy_from_slice(shape.input_row(x, picture, c, y));
         });
-        let row_length = shape.columns().next_multiple_of(MAX_POSITIONS);
+        // The last tile may reach further, whatever its width.
+        let row_length = shape.columns() + MAX_POSITIONS;
         let mut values = vec![0.0; shape.plane() * row_length];
         let rows = values.par_chunks_mut(row_length).enumerate();
         let least = (WORTH_A_THREAD / row_length).max(1);
@@ -110,7 +111,7 @@ impl WithSimd for Outputs<'_> {
     fn with_simd<S: Simd>(mut self, simd: S) {
         // Narrow vectors come with few registers.
         let whole = match S::F32_LANES {
-            8 => self.tiles::<S, 2>(simd, 0),
+            8 => self.tiles::<S, 3>(simd, 0),
             _ => self.tiles::<S, 4>(simd, 0),
         };
         self.tiles::<S, 1>(simd, whole);
@@ -179,11 +180,10 @@ impl WithSimd for ByWeights<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let step = tile::positions::<S>();
-        let left = Factor {
-            values: self.gradient,
-            channel_stride: 1,
-            taps: &[0],
-        };
+        let outputs = self.weight.len() / self.columns;
+        let left = Packed::new(outputs, (self.pixels, 1), |output, pixel, _| {
+            self.gradient[output * self.pixels + pixel]
+        });
         let right = Factor {
             values: &self.unfolded.values,
             channel_stride: self.unfolded.row_length,
@@ -194,13 +194,9 @@ impl WithSimd for ByWeights<'_> {
             let run = step.min(self.columns - column);
             let blocks = self.weight.chunks_mut(ROWS * self.columns);
             for (block, weight) in blocks.enumerate() {
-                let used = weight.len() / self.columns;
-                let rows = core::array::from_fn(|r| (block * ROWS + r.min(used - 1)) * self.pixels);
                 let product = tile::Product {
-                    left,
-                    rows,
+                    left: left.block(block),
                     right,
-                    channels: self.pixels,
                     start: [0.0; ROWS],
                 };
                 product.fill(simd, column, &mut tile);
@@ -234,13 +230,15 @@ pub fn by_input(
 fn fold(shape: &Shape, weight: &[f32], gradient: &[f32], input: &mut [f32]) {
     let (columns, pixels) = (shape.columns(), shape.plane());
     let mut spread = vec![0.0; columns.div_ceil(COLUMNS) * pixels * COLUMNS];
+    let gradient = Packed::new(pixels, (shape.outputs, 1), |pixel, output, _| {
+        gradient[output * pixels + pixel]
+    });
     let blocks = spread.par_chunks_mut(pixels * COLUMNS).enumerate();
     blocks.for_each(|(block, spread)| {
         Arch::new().dispatch(SpreadGradient {
-            gradient,
+            gradient: &gradient,
             weight,
             pixels,
-            outputs: shape.outputs,
             columns,
             first: block * COLUMNS,
             spread,
@@ -271,10 +269,10 @@ fn fold(shape: &Shape, weight: &[f32], gradient: &[f32], input: &mut [f32]) {
 
 /// spread = gradientᵀ · weight, for a block of columns.
 struct SpreadGradient<'a> {
-    gradient: &'a [f32],
+    /// A row for each pixel, an element for each output.
+    gradient: &'a Packed,
     weight: &'a [f32],
     pixels: usize,
-    outputs: usize,
     columns: usize,
     first: usize,
     /// `[pixels, COLUMNS]`
@@ -287,11 +285,6 @@ impl WithSimd for SpreadGradient<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let step = tile::positions::<S>();
-        let left = Factor {
-            values: self.gradient,
-            channel_stride: self.pixels,
-            taps: &[0],
-        };
         let right = Factor {
             values: self.weight,
             channel_stride: self.columns,
@@ -306,12 +299,9 @@ impl WithSimd for SpreadGradient<'_> {
             let (skipped, run) = (column - from, step.min(last - column));
             for pixel in (0..self.pixels).step_by(ROWS) {
                 let used = ROWS.min(self.pixels - pixel);
-                let rows = core::array::from_fn(|r| pixel + r.min(used - 1));
                 let product = tile::Product {
-                    left,
-                    rows,
+                    left: self.gradient.block(pixel / ROWS),
                     right,
-                    channels: self.outputs,
                     start: [0.0; ROWS],
                 };
                 product.fill(simd, from, &mut tile);

@@ -1,124 +1,223 @@
-//! The system's file dialogs.
+//! The system's file dialogs, and the field for a typed path beside each: some systems have no dialogs.
 
 use super::StudioApp;
 use super::drops::PANORAMAS;
 use crate::command::{
-    Command, Dialog, ExportCommand, LookCommand, ProjectCommand, ReviewCommand, ViewCommand,
+    Command, Dialog, ExportCommand, LookCommand, MachineCommand, ProjectCommand, ReviewCommand,
+    ViewCommand,
 };
 use crate::comparison::{CompareSettings, Reference};
+use crate::state::{PathEntry, Wanted};
 use crate::wizard::Plan;
+use base::files::shown;
 use rfd::FileDialog;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 use worker::Latest;
 use worker::background::catch_panic;
 
+/// Nobody closes a dialog so soon: it was never there.
+const SOON: Duration = Duration::from_millis(400);
+
+/// What a dialog is called, and what can be chosen in it.
+struct Ask {
+    title: &'static str,
+    wanted: Wanted,
+    /// Name and extensions of the files that are meant.
+    filter: Option<(&'static str, &'static [&'static str])>,
+    folder: Option<PathBuf>,
+    name: Option<String>,
+}
+
+impl Ask {
+    fn new(wanted: Wanted, title: &'static str) -> Self {
+        Self {
+            title,
+            wanted,
+            filter: None,
+            folder: None,
+            name: None,
+        }
+    }
+
+    /// A file to write, of this name unless another one is chosen.
+    fn new_file(
+        title: &'static str,
+        filter: (&'static str, &'static [&'static str]),
+        name: &str,
+    ) -> Self {
+        Self {
+            filter: Some(filter),
+            name: Some(name.to_owned()),
+            ..Self::new(Wanted::NewFile, title)
+        }
+    }
+
+    /// Shows the system's dialog; None if it was closed, or if there is none.
+    fn show(self) -> Option<Vec<PathBuf>> {
+        let mut dialog = FileDialog::new().set_title(self.title);
+        if let Some((name, extensions)) = self.filter {
+            dialog = dialog.add_filter(name, extensions);
+        }
+        if let Some(folder) = &self.folder {
+            dialog = dialog.set_directory(folder);
+        }
+        if let Some(name) = &self.name {
+            dialog = dialog.set_file_name(name);
+        }
+        match self.wanted {
+            Wanted::Folder => dialog.pick_folder().map(|folder| vec![folder]),
+            Wanted::Files => dialog.pick_files(),
+            Wanted::NewFile => dialog.save_file().map(|file| vec![file]),
+        }
+    }
+}
+
+/// How a dialog ended.
+#[derive(Debug, PartialEq)]
+enum Ended {
+    Chosen(Vec<PathBuf>),
+    Closed,
+    /// There was none, and why if that is known.
+    Missing(Option<String>),
+}
+
 /// The dialogs. Each runs on a thread of its own, so that the window does not wait.
 pub struct Dialogs {
-    /// What the last dialog gave, or why it failed.
-    chosen: Arc<Latest<Result<Command, String>>>,
+    /// How the last one ended.
+    ended: Arc<Latest<(Dialog, Ended)>>,
 }
 
 impl Dialogs {
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
         Self {
-            chosen: Arc::new(Latest::new(wake)),
+            ended: Arc::new(Latest::new(wake)),
         }
     }
 
-    /// Shows a dialog; what it gives is applied when it closes.
-    fn show(&self, ask: impl FnOnce() -> Option<Command> + Send + 'static) {
-        let chosen = self.chosen.clone();
-        std::thread::spawn(move || match catch_panic(|| Ok(ask())) {
-            Ok(None) => {}
-            Ok(Some(command)) => chosen.put(Ok(command)),
-            Err(e) => chosen.put(Err(e.to_string())),
+    /// Shows a dialog.
+    fn show(&self, dialog: Dialog, ask: impl FnOnce() -> Option<Vec<PathBuf>> + Send + 'static) {
+        let ended = self.ended.clone();
+        std::thread::spawn(move || {
+            let begun = Instant::now();
+            let how = match catch_panic(|| Ok(ask())) {
+                Ok(Some(paths)) => Ended::Chosen(paths),
+                Ok(None) if begun.elapsed() < SOON => Ended::Missing(None),
+                Ok(None) => Ended::Closed,
+                Err(e) => Ended::Missing(Some(e.to_string())),
+            };
+            ended.put((dialog, how));
         });
-    }
-
-    fn folder(&self, title: &'static str, then: impl FnOnce(PathBuf) -> Command + Send + 'static) {
-        self.show(move || FileDialog::new().set_title(title).pick_folder().map(then));
     }
 }
 
 impl StudioApp {
-    /// The command for what was chosen in a dialog since the last call. A dialog that failed is said.
+    /// The command for what was chosen in a dialog since the last call.
     pub(super) fn chosen(&mut self) -> Option<Command> {
-        let chosen = self.dialogs.chosen.take()?;
-        chosen.map_err(|failure| self.status.refuse(failure)).ok()
+        let (dialog, ended) = self.dialogs.ended.take()?;
+        // A path may have been typed meanwhile.
+        let entry = self.state.path.as_mut();
+        let entry = entry.filter(|entry| entry.dialog == dialog)?;
+        match ended {
+            Ended::Chosen(paths) => return Some(Command::Chosen(dialog, paths)),
+            Ended::Closed => self.state.path = None,
+            Ended::Missing(why) => {
+                entry.missing = Some(why.unwrap_or_else(|| {
+                    "The system shows no file dialog: it has neither a desktop portal nor zenity."
+                        .to_owned()
+                }));
+            }
+        }
+        None
     }
 
-    pub(super) fn open_dialog(&self, dialog: Dialog) {
-        let dialogs = &self.dialogs;
+    /// Shows the system's dialog, and the field beside it.
+    pub(super) fn open_dialog(&mut self, dialog: Dialog) {
+        let Some(ask) = self.ask_for(dialog) else {
+            return;
+        };
+        let begun = ask.folder.as_ref().map_or(String::new(), |folder| {
+            let name = ask.name.clone().unwrap_or_default();
+            shown(&folder.join(name))
+        });
+        self.state.path = Some(PathEntry {
+            dialog,
+            title: ask.title,
+            wanted: ask.wanted,
+            begun,
+            missing: None,
+        });
+        self.dialogs.show(dialog, move || ask.show());
+    }
+
+    fn ask_for(&self, dialog: Dialog) -> Option<Ask> {
+        let folder = |title| Some(Ask::new(Wanted::Folder, title));
         match dialog {
-            Dialog::Environments => dialogs.show(|| {
-                let dialog = FileDialog::new().set_title("Add environments");
-                let files = dialog.add_filter("Panoramas", &PANORAMAS).pick_files()?;
-                Some(Command::Look(LookCommand::AddEnvironments(files)))
+            Dialog::Environments => Some(Ask {
+                filter: Some(("Panoramas", &PANORAMAS)),
+                ..Ask::new(Wanted::Files, "Add environments")
             }),
-            Dialog::ComparisonTruth => {
-                let compare = self.state.compare.clone();
-                dialogs.folder("Compare with true OLATs", move |folder| {
-                    Command::View(ViewCommand::Compare(CompareSettings {
-                        on: true,
-                        reference: Reference::Truth(folder),
-                        ..compare
-                    }))
-                });
+            Dialog::ComparisonTruth => folder("Compare with true OLATs"),
+            Dialog::Project => folder("Open a project"),
+            Dialog::Shoot => folder("Choose the shoot's folder"),
+            Dialog::ShootPart(_) => Some(Ask::new(
+                Wanted::Files,
+                "Choose a movie, or the first picture of a sequence",
+            )),
+            Dialog::ProjectFolder => folder("Choose the project's folder"),
+            Dialog::ShootLocation => folder("Locate the project's shoot"),
+            Dialog::Destination => {
+                let root = &self.session.project.as_ref()?.root;
+                let name = root.join(&self.state.export_options.name);
+                let folder = name.parent().filter(|folder| folder.is_dir());
+                Some(Ask {
+                    folder: Some(folder.unwrap_or(root).to_path_buf()),
+                    name: (name.file_name().and_then(|name| name.to_str())).map(str::to_owned),
+                    ..Ask::new(Wanted::NewFile, "Export to")
+                })
             }
-            Dialog::Project => dialogs.folder("Open a project", |folder| {
-                Command::Project(ProjectCommand::Open(folder))
-            }),
-            Dialog::Shoot => dialogs.folder("Choose the shoot's folder", |shoot| {
-                Command::Project(ProjectCommand::New(Some(shoot)))
-            }),
-            Dialog::ShootPart(slot) => dialogs.show(move || {
-                let dialog = FileDialog::new()
-                    .set_title("Choose a movie, or the first picture of a sequence");
-                let files = dialog.pick_files()?;
-                Some(Command::Project(ProjectCommand::Bring(files, Some(slot))))
-            }),
-            Dialog::ProjectFolder => {
-                let plan = self.picker.wizard.plan().cloned().unwrap_or_default();
-                dialogs.folder("Choose the project's folder", move |folder| {
-                    let folder = folder.display().to_string();
-                    let plan = Plan { folder, ..plan };
-                    Command::Project(ProjectCommand::Plan(Some(Box::new(plan))))
-                });
-            }
-            Dialog::ShootLocation => dialogs.folder("Locate the project's shoot", |folder| {
-                Command::Project(ProjectCommand::Locate(folder))
-            }),
-            Dialog::Destination => self.choose_destination(),
-            Dialog::Truth => dialogs.folder("Choose a folder with true OLATs", |truth| {
-                Command::Review(ReviewCommand::Measure(Some(truth)))
-            }),
-            Dialog::ReportPage => dialogs.show(|| {
-                let dialog = FileDialog::new().set_title("Save the report");
-                let dialog = dialog.add_filter("Web page", &["html"]);
-                let page = dialog.set_file_name("review.html").save_file()?;
-                Some(Command::Review(ReviewCommand::Report(page)))
-            }),
+            Dialog::Truth => folder("Choose a folder with true OLATs"),
+            Dialog::ReportPage => Some(Ask::new_file(
+                "Save the report",
+                ("Web page", &["html"]),
+                "review.html",
+            )),
+            Dialog::MachineReport => Some(Ask::new_file(
+                "Save what this machine can do",
+                ("Markdown", &["md"]),
+                "machine.md",
+            )),
         }
     }
 
-    fn choose_destination(&self) {
-        let Some(project) = &self.session.project else {
-            return;
-        };
-        let (root, options) = (project.root.clone(), self.state.export_options.clone());
-        self.dialogs.show(move || {
-            let name = root.join(&options.name);
-            let folder = name.parent().filter(|folder| folder.is_dir());
-            let mut dialog = FileDialog::new()
-                .set_title("Export to")
-                .set_directory(folder.unwrap_or(&root));
-            if let Some(name) = name.file_name().and_then(|name| name.to_str()) {
-                dialog = dialog.set_file_name(name);
+    /// The command for paths that were chosen or typed.
+    pub(super) fn command_for(&self, dialog: Dialog, paths: Vec<PathBuf>) -> Option<Command> {
+        let first = paths.first().cloned()?;
+        Some(match dialog {
+            Dialog::Environments => Command::Look(LookCommand::AddEnvironments(paths)),
+            Dialog::ComparisonTruth => Command::View(ViewCommand::Compare(CompareSettings {
+                on: true,
+                reference: Reference::Truth(first),
+                ..self.state.compare.clone()
+            })),
+            Dialog::Project => Command::Project(ProjectCommand::Open(first)),
+            Dialog::Shoot => Command::Project(ProjectCommand::New(Some(first))),
+            Dialog::ShootPart(slot) => Command::Project(ProjectCommand::Bring(paths, Some(slot))),
+            Dialog::ProjectFolder => {
+                let plan = self.picker.wizard.plan().cloned().unwrap_or_default();
+                let folder = first.display().to_string();
+                Command::Project(ProjectCommand::Plan(Some(Box::new(Plan {
+                    folder,
+                    ..plan
+                }))))
             }
-            let file = dialog.save_file()?;
-            Some(Command::Export(ExportCommand::Destination(file)))
-        });
+            Dialog::ShootLocation => Command::Project(ProjectCommand::Locate(first)),
+            Dialog::Destination => Command::Export(ExportCommand::Destination(first)),
+            Dialog::Truth => Command::Review(ReviewCommand::Measure(Some(first))),
+            Dialog::ReportPage => Command::Review(ReviewCommand::Report(first)),
+            Dialog::MachineReport => Command::Machine(MachineCommand::Save(first)),
+        })
     }
 }
 
@@ -128,17 +227,26 @@ mod tests {
     use std::sync::mpsc::channel;
 
     #[test]
-    fn a_dialog_that_panics_is_said_and_the_next_gives_its_command() {
+    fn a_dialog_that_is_not_there_is_told_from_one_that_was_closed() {
         let (wake, woken) = channel();
         let dialogs = Dialogs::new(move || wake.send(()).unwrap());
-        dialogs.show(|| panic!("on purpose"));
-        woken.recv().unwrap();
-        let failure = dialogs.chosen.take().unwrap().unwrap_err();
-        assert!(failure.contains("on purpose"), "{failure}");
-        let open = Command::Dialog(Dialog::Project);
-        let chosen = open.clone();
-        dialogs.show(move || Some(chosen));
-        woken.recv().unwrap();
-        assert_eq!(dialogs.chosen.take(), Some(Ok(open)));
+        let of = Dialog::Project;
+        let ended = |ask: fn() -> Option<Vec<PathBuf>>| {
+            dialogs.show(of, ask);
+            woken.recv().unwrap();
+            dialogs.ended.take().unwrap().1
+        };
+        let Ended::Missing(Some(why)) = ended(|| panic!("on purpose")) else {
+            panic!("it is not there");
+        };
+        assert!(why.contains("on purpose"), "{why}");
+        assert_eq!(ended(|| None), Ended::Missing(None));
+        let closed = ended(|| {
+            std::thread::sleep(2 * SOON);
+            None
+        });
+        assert_eq!(closed, Ended::Closed);
+        let chosen = ended(|| Some(vec!["/film".into()]));
+        assert_eq!(chosen, Ended::Chosen(vec!["/film".into()]));
     }
 }

@@ -24,6 +24,10 @@ impl StudioApp {
             .iter()
             .map(|file| file.path().to_path_buf())
             .collect();
+        // Beside a dialog, what is dropped is what was to be chosen.
+        if let Some(entry) = self.state.path.as_ref().filter(|_| !paths.is_empty()) {
+            return out.push(Command::Chosen(entry.dialog, paths));
+        }
         let Some(paths) = self.dropped_parts(paths) else {
             return;
         };

@@ -48,10 +48,11 @@ impl StudioApp {
             ExportCommand::Add => self.add_export(),
             ExportCommand::Withdraw(id) => self.withdraw_export(id),
             ExportCommand::OpenFolder(folder) => {
-                if let Err(e) = open::that_detached(&folder) {
-                    let folder = folder.display();
+                if open::that_detached(&folder).is_err() {
+                    let folder = folder.display().to_string();
+                    self.ctx.copy_text(folder.clone());
                     self.status.refuse(format!(
-                        "Cannot open the folder {folder}: {e}. Open it in your file manager"
+                        "The folder could not be opened. Its path was copied: {folder}"
                     ));
                 }
             }
@@ -82,13 +83,25 @@ impl StudioApp {
         };
         self.status.refusal = None;
         let light = panorama.environment.clone();
-        let settings = options.settings(project, &self.state.look, light, self.device);
+        let settings = options.settings(
+            project,
+            &self.state.look,
+            &self.state.solo,
+            light,
+            self.device,
+        );
         let project = project.clone();
         let name = |to: &str| {
             let name = Path::new(to).file_name().unwrap_or_default();
             name.display().to_string()
         };
-        worker.export(name(&settings.files.to), move |progress| {
+        // A number is appended where files are there already.
+        let taken = self.exports.destination.found();
+        let taken = taken.filter(|taken| {
+            taken.files > 0 && taken.query.to == settings.files.to && !options.replaces()
+        });
+        let to = taken.map_or(&settings.files.to, |taken| &taken.free);
+        worker.export(name(to), move |progress| {
             let report = relight(&project, &settings, progress)?;
             let (first, last) = settings.frames.unwrap_or_default();
             let file = Destination::parse(&report.output)?

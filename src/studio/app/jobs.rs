@@ -5,6 +5,7 @@ use crate::command::{
     CalibrationCommand, Dialog, JobCommand, LookCommand, ReviewCommand, TrainingCommand,
 };
 use calibration::{CalibrateSettings, Circle};
+use confidence::ConfidenceSettings;
 use evaluation::review::ReviewSettings;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -103,6 +104,14 @@ impl StudioApp {
         let done = match command {
             ReviewCommand::Measure(truth) => self.review_network(truth, true, None),
             ReviewCommand::Report(to) => self.review_network(None, false, Some(to)),
+            ReviewCommand::Trust(errors) => self.session.run(|project| Job::Confidence {
+                project: project.root.clone(),
+                settings: ConfidenceSettings {
+                    errors,
+                    device: self.device,
+                    ..ConfidenceSettings::default()
+                },
+            }),
             ReviewCommand::Mark(marked) => {
                 (self.session.writable()).and_then(|()| self.readers.review.mark(*marked))
             }

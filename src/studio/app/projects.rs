@@ -118,7 +118,7 @@ impl StudioApp {
     }
 
     /// Begins to show what `worker` makes of `project`.
-    fn start(&mut self, project: Project, worker: Worker) {
+    pub(super) fn start(&mut self, project: Project, worker: Worker) {
         self.session.open(project, worker);
         self.status.begin(Phase::Opening);
         self.preview.clear();

@@ -1,5 +1,6 @@
 //! What is read of the open project in the background.
 
+use crate::accuracy::Accuracy;
 use crate::calibration_analysis::CalibrationAnalysis;
 use crate::footage_reader::FootageReader;
 use crate::layout::Pane;
@@ -10,6 +11,7 @@ use crate::project_check::ProjectCheck;
 use crate::state::State;
 use crate::training::Training;
 use egui::Context;
+use gpu::DeviceChoice;
 use project::Project;
 use std::sync::Arc;
 use worker::{Event, PreviewPicture};
@@ -19,6 +21,7 @@ use worker::{Event, PreviewPicture};
 pub struct Readers {
     pub analysis: CalibrationAnalysis,
     pub review: NetworkReview,
+    pub accuracy: Accuracy,
     pub check: ProjectCheck,
     pub training: Training,
     pub footage: FootageReader,
@@ -32,6 +35,7 @@ impl Readers {
             // The job may have calibrated, measured or made mattes.
             self.analysis.invalidate();
             self.review.invalidate();
+            self.accuracy.invalidate();
             self.check.invalidate();
             self.footage.invalidate();
         }
@@ -42,6 +46,7 @@ impl Readers {
     pub fn receive(&mut self, ctx: &Context) {
         self.analysis.receive();
         self.review.receive();
+        self.accuracy.receive(ctx);
         self.check.receive();
         self.training.receive();
         self.footage.receive(ctx);
@@ -55,14 +60,22 @@ impl Readers {
         project: &Project,
         state: &State,
         shown: &[Pane],
+        (measuring, device): (bool, DeviceChoice),
         relit: Option<&Arc<PreviewPicture>>,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) {
         self.training.ask(project, shown, wake.clone());
         self.analysis.ask(project, state, shown, wake.clone());
-        if shown.contains(&Pane::Lamps) || shown.contains(&Pane::Review) {
-            let still = relit.filter(|_| !state.playing);
-            self.review.ask(project, still, wake.clone());
+        // The timeline marks frames that are unlike every pose, whatever else is shown.
+        let draws = shown.contains(&Pane::Lamps) || shown.contains(&Pane::Review);
+        let still = relit.filter(|_| draws && !state.playing);
+        let cell = state.cell.map(|(case, lamp)| (case, lamp, device));
+        self.review.ask(project, still, cell, wake.clone());
+        if shown.contains(&Pane::Export) {
+            self.accuracy.ask(project, false, wake.clone());
+        }
+        if shown.contains(&Pane::Accuracy) {
+            self.accuracy.ask(project, measuring, wake.clone());
         }
         if shown.contains(&Pane::Footage) {
             let (frame, pose, view) = (state.frame, state.pose, state.footage);

@@ -5,7 +5,9 @@ use crate::keys;
 use crate::layout::{Layout, Pane};
 use crate::palette::Palette;
 use crate::panel_context::PanelContext;
-use crate::panels::{JobPanel, StatusPanel, TabsPanel, refusal_ui};
+use crate::panels::{
+    JobPanel, PathPanel, StatusPanel, TabsPanel, closing_ui, machine_ui, refusal_ui,
+};
 use crate::theme;
 use crate::workspace_view::{Panels, WorkspaceView};
 use eframe::egui_wgpu::RenderState;
@@ -16,6 +18,7 @@ use egui::{CentralPanel, Frame, Margin, Panel, Ui};
 pub struct WindowView {
     panels: Panels,
     palette: Palette,
+    path: PathPanel,
 }
 
 /// What was drawn.
@@ -79,11 +82,23 @@ impl WindowView {
                 layout_edited: view.edited,
             }
         });
+        if whole {
+            JobPanel.message_ui(ui, context, out);
+        }
         if state.keys {
             keys::overlay_ui(ui, state.active, out);
         }
+        if state.machine {
+            machine_ui(ui, context, out);
+        }
         if state.palette {
             self.palette.ui(ui, context, out);
+        }
+        if let Some(entry) = &state.path {
+            self.path.ui(ui, entry, out);
+        }
+        if !state.closing.is_empty() {
+            closing_ui(ui, &state.closing, out);
         }
         shown.inner
     }
@@ -109,7 +124,7 @@ fn bars_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .exact_size(30.0)
         .frame(bar(2))
         .show(ui, |ui| StatusPanel.ui(ui, context, out));
-    if JobPanel::is_needed(context) {
+    if JobPanel::is_held(context) {
         Panel::bottom("job")
             .frame(bar(5))
             .show(ui, |ui| JobPanel.ui(ui, context, out));
@@ -119,7 +134,7 @@ fn bars_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 /// The line that says why nothing can be written.
 fn read_only_ui(ui: &mut Ui, why: &str, out: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
-        ui.colored_label(theme::ACCENT, "Read-only");
+        ui.colored_label(theme::WARNING, "Read-only");
         ui.label(why);
         let hint = "Reopen the project with write access";
         if ui.button("Try again").on_hover_text(hint).clicked() {

@@ -34,11 +34,22 @@ impl StudioApp {
             WindowCommand::ToggleFullScreen => self.fill_screen(!self.state.full_screen),
             WindowCommand::ToggleKeys => state.keys = !state.keys,
             WindowCommand::TogglePalette => state.palette = !state.palette,
+            WindowCommand::ToggleMachine => state.machine = !state.machine,
             WindowCommand::ActualSize => self.show_actual_size(),
+            WindowCommand::Dismiss if !state.closing.is_empty() => state.closing.clear(),
+            WindowCommand::Dismiss if state.path.is_some() => state.path = None,
             WindowCommand::Dismiss if state.palette => state.palette = false,
             WindowCommand::Dismiss if state.keys => state.keys = false,
+            WindowCommand::Dismiss if state.machine => state.machine = false,
             WindowCommand::Dismiss if state.full_screen => self.fill_screen(false),
+            WindowCommand::Dismiss if self.status.refusal.is_none() && state.cell.is_some() => {
+                state.cell = None;
+            }
+            WindowCommand::Dismiss if self.status.refusal.is_none() => state.solo.clear(),
             WindowCommand::Dismiss | WindowCommand::DismissRefusal => self.status.refusal = None,
+            WindowCommand::Close => self.ctx.send_viewport_cmd(ViewportCommand::Close),
+            WindowCommand::ClosePath => state.path = None,
+            WindowCommand::KeepOpen => state.closing.clear(),
             WindowCommand::DismissMessage => self.status.message = None,
             WindowCommand::ClearLog => self.status.log.clear(),
         }

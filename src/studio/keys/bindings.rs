@@ -159,6 +159,7 @@ pub const BINDINGS: &[Binding] = &[
     on(NONE, Key::Escape, Window(WindowCommand::Dismiss), "Close what covers the picture"),
     on(NONE, Key::W, View(ViewCommand::ToggleWipe), "Wipe between two pictures"),
     on(NONE, Key::Q, View(ViewCommand::ToggleSecond), "Switch between two pictures"),
+    on(NONE, Key::D, View(ViewCommand::ToggleDoubts), "Show where errors are expected"),
     on(NONE, Key::R, channel(Channel::Red), "Red channel"),
     on(NONE, Key::G, channel(Channel::Green), "Green channel"),
     on(NONE, Key::B, channel(Channel::Blue), "Blue channel"),

@@ -47,7 +47,7 @@ impl EnvironmentsPanel {
                         && remove_ui(ui, entry, row.rect)
                     {
                         out.push(Command::Look(LookCommand::RemoveEnvironment(i)));
-                    } else if row.clicked() && !chosen {
+                    } else if row.clicked() && !(chosen && context.state.solo.is_empty()) {
                         out.push(Command::Look(LookCommand::Environment(i)));
                     }
                 }

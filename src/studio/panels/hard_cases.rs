@@ -55,7 +55,7 @@ pub fn hard_cases_ui(ui: &mut Ui) {
         ));
         for section in &*SECTIONS {
             ui.add_space(theme::GAP);
-            ui.label(RichText::new(section.title).color(theme::ACCENT));
+            ui.label(RichText::new(section.title).strong());
             for case in &section.cases {
                 ui.add_space(4.0);
                 ui.label(RichText::new(&case.case).size(13.0));

@@ -1,4 +1,4 @@
-//! The line for the running job, and its message when it ends.
+//! The running job in the status line, and its message over the window when it ends: nothing moves as jobs come and go.
 
 use crate::command::{Command, JobCommand, WindowCommand};
 use crate::icons;
@@ -6,7 +6,10 @@ use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::status::RunningJob;
 use crate::theme::{self, GAP};
-use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense, Ui, vec2};
+use egui::{
+    Align, Align2, Area, Button, Color32, Frame, Id, Label, Layout, Order, Rect, RichText, Sense,
+    Ui, vec2,
+};
 use std::time::{Duration, Instant};
 use worker::ExportStatus;
 
@@ -14,6 +17,8 @@ use worker::ExportStatus;
 const BUTTON_WIDTH: f32 = 100.0;
 const SHARE_WIDTH: f32 = 110.0;
 const LEFT_WIDTH: f32 = 118.0;
+/// Width of a message's text.
+const MESSAGE_WIDTH: f32 = 360.0;
 /// Height of the line's contents.
 const HEIGHT: f32 = 24.0;
 
@@ -22,9 +27,21 @@ const HEIGHT: f32 = 24.0;
 pub struct JobPanel;
 
 impl JobPanel {
-    /// Whether the line is needed. It is not where the job is shown elsewhere: in the viewport while there are no
-    /// relit pictures, in the export queue, or in a pane of its own.
-    pub fn is_needed(context: &PanelContext) -> bool {
+    /// Whether a line of its own is needed: something must be put right before the job goes on.
+    pub fn is_held(context: &PanelContext) -> bool {
+        let held = (context.status.job.as_ref()).is_some_and(|job| job.held.is_some());
+        held && !Self::is_elsewhere(context)
+    }
+
+    /// The job for the status line, if there is one.
+    pub fn in_line<'a>(context: &PanelContext<'a>) -> Option<&'a RunningJob> {
+        let job = context.status.job.as_ref();
+        job.filter(|job| job.held.is_none() && !Self::is_elsewhere(context))
+    }
+
+    /// Whether job and message are shown elsewhere: in the viewport while there are no relit pictures, in the export queue, or
+    /// in a pane of its own.
+    fn is_elsewhere(context: &PanelContext) -> bool {
         let viewport = context.shown.contains(&Pane::Picture) && !context.is_live();
         let said = context.status.message.as_deref();
         let line = context.shown.contains(&Pane::Export)
@@ -33,22 +50,29 @@ impl JobPanel {
                 ExportStatus::Running => true,
                 over => context.status.job.is_none() && over.sentence() == said,
             });
-        let elsewhere = viewport || line || context.job_has_pane();
-        !elsewhere && (context.status.job.is_some() || context.status.message.is_some())
+        viewport || line || context.job_has_pane()
     }
 
+    /// The line of a job that waits for a person.
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        match (&context.status.job, &context.status.message) {
-            (Some(job), message) => {
-                ui.horizontal(|ui| job_ui(ui, job, message.as_deref(), out));
-            }
-            (None, Some(message)) => message_ui(ui, message, out),
-            (None, None) => {}
+        if let Some(job) = &context.status.job {
+            let said = context.status.message.as_deref();
+            ui.horizontal(|ui| job_ui(ui, job, said, out));
+        }
+    }
+
+    /// The last message, over a corner of the window.
+    pub fn message_ui(&mut self, ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        if let (None, Some(said)) = (&context.status.job, &context.status.message)
+            && !Self::is_elsewhere(context)
+        {
+            message_ui(ui, said, out);
         }
     }
 }
 
-fn job_ui(ui: &mut Ui, job: &RunningJob, said: Option<&str>, out: &mut Vec<Command>) {
+/// A job in a line: its name, its progress, what it does, the time left, and its buttons.
+pub fn job_ui(ui: &mut Ui, job: &RunningJob, said: Option<&str>, out: &mut Vec<Command>) {
     ui.label(capitalized(job.what));
     share_ui(ui, job);
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -85,7 +109,7 @@ fn share_ui(ui: &mut Ui, job: &RunningJob) {
     let fill = if job.is_paused() {
         Color32::from_gray(92)
     } else {
-        theme::ACCENT_DIM
+        theme::PRIMARY
     };
     let done = Rect::from_min_size(bar.min, vec2(bar.width() * job.share, bar.height()));
     ui.painter().rect_filled(bar, 2.0, theme::WELL);
@@ -144,20 +168,31 @@ fn pause_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
 }
 
 /// The last job's message in full.
-fn message_ui(ui: &mut Ui, said: &str, out: &mut Vec<Command>) {
-    ui.horizontal_top(|ui| {
-        let width = ui.available_width() - BUTTON_WIDTH - GAP;
-        let down = Layout::top_down(Align::Min);
-        ui.allocate_ui_with_layout(vec2(width, HEIGHT), down, |ui| {
-            ui.set_min_width(width);
-            ui.add_space(3.0);
-            ui.label(said);
+fn message_ui(ui: &Ui, said: &str, out: &mut Vec<Command>) {
+    let area = Area::new(Id::unique("message")).order(Order::Foreground);
+    let corner = vec2(-1.5 * GAP, -30.0 - GAP);
+    let shown = area
+        .anchor(Align2::RIGHT_BOTTOM, corner)
+        .show(ui.ctx(), |ui| {
+            let frame = Frame::popup(ui.style()).inner_margin(GAP);
+            frame
+                .show(ui, |ui| {
+                    ui.horizontal_top(|ui| {
+                        let down = Layout::top_down(Align::Min);
+                        ui.allocate_ui_with_layout(vec2(MESSAGE_WIDTH, HEIGHT), down, |ui| {
+                            ui.set_max_width(MESSAGE_WIDTH);
+                            ui.add_space(3.0);
+                            ui.label(said);
+                        });
+                        ui.button("Close").clicked()
+                    })
+                    .inner
+                })
+                .inner
         });
-        let close = Button::new("Close").min_size(vec2(BUTTON_WIDTH, HEIGHT));
-        if ui.add(close).clicked() {
-            out.push(Command::Window(WindowCommand::DismissMessage));
-        }
-    });
+    if shown.inner {
+        out.push(Command::Window(WindowCommand::DismissMessage));
+    }
 }
 
 /// Whether it is paused or stopping; otherwise the time left.

@@ -1,9 +1,10 @@
 //! The light: the environment's rotation and grade, its brightest areas, and the lights placed by hand.
 
+use super::bar_ui;
 use super::front;
-use super::number_ui;
+use super::numbers::computing;
 use super::panorama::Preview;
-use super::rows::{FIELD, NAME, Row, choice_ui};
+use super::rows::{BESIDE, NAME, Row, choice_ui};
 use super::timeline::diamond;
 use crate::command::{Command, LookCommand};
 use crate::environment_library::EnvironmentEntry;
@@ -121,11 +122,14 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
                 ui.end_row();
             }
             let mut yaw = look.yaw_deg;
-            let field = DragValue::new(&mut yaw)
+            let field = computing(&mut yaw)
                 .speed(0.5)
                 .fixed_decimals(1)
                 .suffix("°");
-            let field = number_ui(ui, "Yaw", field, FIELD, out, || {
+            // With keys it may go around several times; the bar then shows where it stands.
+            let around = 180.0 - (180.0 - look.yaw_deg).rem_euclid(360.0);
+            let field = (field, around, &(-180.0..=180.0));
+            let field = bar_ui(ui, "Yaw", field, BESIDE, out, || {
                 Command::Look(LookCommand::Yaw(0.0))
             });
             if yaw != look.yaw_deg {
@@ -161,7 +165,7 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
     for of in Keyframed::ALL {
         if look.is_keyed(of) {
             let sentence = format!(
-                "{} is keyed: a change sets a key at frame {}.",
+                "{} is animated: changes set a key at frame {}.",
                 of.name(),
                 context.state.frame
             );
@@ -183,7 +187,7 @@ fn key_ui(ui: &Ui, context: &PanelContext, of: Keyframed, field: Rect, out: &mut
     let name = format!("{} key at this frame", of.name());
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::CheckBox, true, is_here, &name));
     let color = if response.hovered() || response.has_focus() || look.is_keyed(of) {
-        theme::ACCENT
+        theme::KEY
     } else {
         theme::QUIET
     };
@@ -207,7 +211,7 @@ fn key_ui(ui: &Ui, context: &PanelContext, of: Keyframed, field: Rect, out: &mut
 
 /// The rotation as other tools write it.
 fn tools_ui(ui: &mut Ui, yaw_deg: f32) {
-    egui::CollapsingHeader::new("Rotation in other tools")
+    egui::CollapsingHeader::new("Rotation in other apps")
         .id_salt("tools")
         .show(ui, |ui| {
             Grid::new("tools").num_columns(2).show(ui, |ui| {

@@ -49,7 +49,7 @@ impl LogPanel {
                 for line in lines {
                     let (color, icon) = match line.severity {
                         Severity::Info => (theme::TEXT, ""),
-                        Severity::Error => (theme::ACCENT, icons::WARNING),
+                        Severity::Error => (theme::WARNING, icons::WARNING),
                     };
                     ui.horizontal_top(|ui| {
                         let quiet = RichText::new(&line.time).monospace().size(12.0);

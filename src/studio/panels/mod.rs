@@ -1,6 +1,8 @@
 //! The panels, one file each.
 
+mod accuracy;
 mod checks;
+mod closing;
 mod effects;
 mod environments;
 mod export;
@@ -8,11 +10,14 @@ mod footage;
 mod front;
 mod gamma;
 mod hard_cases;
-mod job;
+pub mod job;
 mod light;
 mod log;
+mod machine;
 mod missing;
+mod numbers;
 mod panorama;
+mod path;
 mod picture;
 mod probe;
 mod project;
@@ -26,7 +31,9 @@ mod timeline;
 mod training;
 mod viewport;
 
+pub use accuracy::AccuracyPanel;
 pub use checks::ChecksPanel;
+pub use closing::closing_ui;
 pub use effects::EffectsPanel;
 pub use environments::EnvironmentsPanel;
 pub use export::ExportPanel;
@@ -35,6 +42,8 @@ pub use gamma::GammaPanel;
 pub use job::JobPanel;
 pub use light::LightPanel;
 pub use log::LogPanel;
+pub use machine::machine_ui;
+pub use path::PathPanel;
 pub use picture::PicturePanel;
 pub use probe::ProbePanel;
 pub use project::ProjectPanel;
@@ -51,6 +60,7 @@ use super::icons;
 use super::status::RunningJob;
 use super::theme::{self, GAP};
 use egui::{Align, Layout, Rect, RichText, Ui, vec2};
+use std::ops::RangeInclusive;
 
 /// Maximum width in points of text over the picture.
 const TEXT_WIDTH: f32 = 520.0;
@@ -77,14 +87,14 @@ pub fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
         ui.label(
             RichText::new(icons::WARNING)
                 .size(16.0)
-                .color(theme::ACCENT),
+                .color(theme::WARNING),
         );
         let button = 28.0 + GAP;
         let down = Layout::top_down(Align::Min);
         let room = vec2(ui.available_width() - button, 0.0);
         ui.allocate_ui_with_layout(room, down, |ui| {
             ui.set_width(room.x);
-            ui.colored_label(theme::ACCENT, sentence);
+            ui.colored_label(theme::WARNING, sentence);
         });
         dismiss_ui(ui, out);
     });
@@ -108,7 +118,7 @@ fn job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     ui.add(
         egui::ProgressBar::new(job.share)
             .desired_height(8.0)
-            .fill(theme::ACCENT),
+            .fill(theme::PRIMARY),
     );
     let mut text = format!("{} {:.0} %", job.stage, job.share * 100.0);
     let state = job::state(job);
@@ -132,11 +142,38 @@ fn number_ui(
 ) -> egui::Response {
     let label = ui.label(name);
     let response = ui.add_sized(vec2(width, 24.0), field).labelled_by(label.id);
+    resettable_ui(ui, response, out, reset)
+}
+
+/// The same, with a bar behind it that says where `value` is in `range`, as wide as there is room. `beside` is left free.
+fn bar_ui(
+    ui: &mut Ui,
+    name: &str,
+    (field, value, range): (egui::DragValue, f32, &RangeInclusive<f32>),
+    beside: f32,
+    out: &mut Vec<Command>,
+    reset: impl FnOnce() -> Command,
+) -> egui::Response {
+    let label = ui.label(name);
+    let width = (ui.available_width() - beside).max(rows::FIELD);
+    let response = numbers::over_bar(ui, range, value, |ui| {
+        ui.add_sized(vec2(width, 22.0), field).labelled_by(label.id)
+    });
+    resettable_ui(ui, response, out, reset)
+}
+
+fn resettable_ui(
+    ui: &Ui,
+    response: egui::Response,
+    out: &mut Vec<Command>,
+    reset: impl FnOnce() -> Command,
+) -> egui::Response {
     if response.double_clicked() {
         // The first click started editing the number as text.
         ui.memory_mut(|memory| memory.surrender_focus(response.id));
         out.push(reset());
     }
-    response
-        .on_hover_text("Drag, or click to type. Hold Shift for fine steps; double-click to reset.")
+    response.on_hover_text(
+        "Drag, or click to type: 10, +10 or /2. Hold Shift for fine steps; double-click to reset.",
+    )
 }

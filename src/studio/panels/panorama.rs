@@ -67,21 +67,21 @@ impl Preview {
             .vline(rect.center().x, rect.top()..=rect.top() + 8.0, tick);
         ui.painter()
             .vline(rect.center().x, rect.bottom() - 8.0..=rect.bottom(), tick);
-        if response.dragged() {
+        let dragged = response.drag_delta().x;
+        if dragged != 0.0 {
             // The content follows the pointer.
-            out.push(Command::Look(LookCommand::Turn(
-                response.drag_delta().x / width * 360.0,
-            )));
+            out.push(Command::Look(LookCommand::Turn(dragged / width * 360.0)));
         }
-        areas_ui(ui, context, rect, areas, turn);
+        let told = areas_ui(ui, context, rect, areas, turn);
         if asked {
             front::marks_ui(ui, context, rect, &response, turn, out);
         }
-        response
-            .on_hover_cursor(egui::CursorIcon::ResizeHorizontal)
-            .on_hover_text(
+        let response = response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
+        if !told {
+            response.on_hover_text(
                 "The light around the subject. The ticks mark what is behind the subject. Drag to turn.",
             );
+        }
         for (i, light) in look.lighting.placed.iter().enumerate() {
             if let Some(moved) = dot_ui(ui, rect, i, light) {
                 let mut lighting = look.lighting.clone();
@@ -120,8 +120,13 @@ impl Preview {
     }
 }
 
-/// The brightest areas, rotated with the panorama, with the share and the nearest lamp of each.
-fn areas_ui(ui: &Ui, context: &PanelContext, rect: Rect, areas: &[Area], turn: Quat) {
+/// The brightest areas, rotated with the panorama, with the share and the nearest lamp of each. Returns whether one of them, or
+/// a light before it, is under the pointer.
+fn areas_ui(ui: &Ui, context: &PanelContext, rect: Rect, areas: &[Area], turn: Quat) -> bool {
+    let lights = context.state.look.lighting.placed.iter();
+    let mut told = lights
+        .map(|light| place(rect, light.direction()))
+        .any(|at| ui.rect_contains_pointer(Rect::from_center_size(at, Vec2::splat(2.5 * DOT))));
     for (rank, area) in areas.iter().enumerate() {
         let at = place(rect, turn * area.direction);
         let rig = context.relit.map(|relit| &relit.rig);
@@ -146,8 +151,12 @@ fn areas_ui(ui: &Ui, context: &PanelContext, rect: Rect, areas: &[Area], turn: Q
             .circle_stroke(at, DOT - 1.5, Stroke::new(1.0, Color32::WHITE));
         let response = ui.interact(spot, ui.scope_id().with(("area", rank)), Sense::hover());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &hint));
-        response.on_hover_text(&hint);
+        if response.hovered() && !told {
+            told = true;
+            response.on_hover_text(&hint);
+        }
     }
+    told
 }
 
 /// The dot of a placed light. Returns the light after a drag or an arrow key has moved it.

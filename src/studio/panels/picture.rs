@@ -3,10 +3,11 @@
 use crate::command::{Command, LookCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
-use crate::panels::number_ui;
-use crate::panels::rows::{FIELD, NAME, Row, choice_ui};
+use crate::panels::bar_ui;
+use crate::panels::numbers::computing;
+use crate::panels::rows::{BESIDE, NAME, Row, choice_ui};
 use crate::theme::GAP;
-use egui::{DragValue, Grid, Ui};
+use egui::{Grid, Ui};
 use scene::{
     Background, Channel, EXPOSURE_STOPS, Effects, Inspection, STRENGTHS, Strength, ViewTransform,
 };
@@ -60,12 +61,13 @@ impl PicturePanel {
 fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let look = &context.state.look;
     let mut stops = look.exposure_stops;
-    let field = DragValue::new(&mut stops)
+    let field = computing(&mut stops)
         .speed(0.02)
         .range(EXPOSURE_STOPS)
         .fixed_decimals(2)
         .suffix(" stops");
-    number_ui(ui, "Exposure", field, FIELD, out, || {
+    let field = (field, look.exposure_stops, &EXPOSURE_STOPS);
+    bar_ui(ui, "Exposure", field, BESIDE, out, || {
         Command::Look(LookCommand::Exposure(0.0))
     });
     if stops != look.exposure_stops {

@@ -1,18 +1,22 @@
 //! Rows of a panel's grid: a number, and a list of choices.
 
-use super::number_ui;
+use super::bar_ui;
+use super::numbers::computing;
 use crate::command::Command;
-use egui::{DragValue, Response, Ui};
+use egui::{Response, Ui};
 use std::ops::RangeInclusive;
 
 /// Width of a row's name, and of its field, in points.
 pub const NAME: f32 = 108.0;
 pub const FIELD: f32 = 100.0;
+/// What stays free beside a bar: the diamond that sets a key.
+pub const BESIDE: f32 = 30.0;
 
 /// One number of the settings `T`.
 pub struct Row<T> {
     pub name: &'static str,
     pub of: fn(&mut T) -> &mut f32,
+    /// What the number may be, and the bar's ends.
     pub range: RangeInclusive<f32>,
     /// Change per point of a drag.
     pub speed: f32,
@@ -33,7 +37,8 @@ impl<T: Clone + Default + PartialEq> Row<T> {
         command: impl Fn(T) -> Command,
     ) -> Response {
         let mut changed = settings.clone();
-        let field = DragValue::new((self.of)(&mut changed))
+        let value = *(self.of)(&mut changed);
+        let field = computing((self.of)(&mut changed))
             .speed(self.speed)
             .range(self.range.clone())
             .fixed_decimals(self.decimals)
@@ -43,7 +48,8 @@ impl<T: Clone + Default + PartialEq> Row<T> {
             *(self.of)(&mut restored) = *(self.of)(&mut T::default());
             command(restored)
         };
-        let response = number_ui(ui, self.name, field, FIELD, out, reset);
+        let field = (field, value, &self.range);
+        let response = bar_ui(ui, self.name, field, BESIDE, out, reset);
         if changed != *settings {
             out.push(command(changed));
         }

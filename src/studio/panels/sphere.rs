@@ -92,8 +92,8 @@ pub fn latlong_ui(ui: &Ui, rect: Rect, response: &Response, marks: &[Mark]) -> O
 pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> Option<usize> {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Dome of lamps"));
-    if response.dragged() {
-        let turn = response.drag_delta() * 0.01;
+    let turn = response.drag_delta() * 0.01;
+    if turn != Vec2::ZERO {
         view.yaw = (view.yaw + turn.x).rem_euclid(std::f32::consts::TAU);
         view.pitch = (view.pitch + turn.y).clamp(-1.5, 1.5);
     }

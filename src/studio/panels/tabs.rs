@@ -1,15 +1,56 @@
 //! The workspaces, the panes that can be opened, and the layout.
 
-use crate::command::{Command, WindowCommand};
+use crate::command::{Command, Dialog, ExportCommand, ProjectCommand, WindowCommand};
 use crate::icons;
 use crate::layout::{Pane, Workspace};
 use crate::panel_context::PanelContext;
 use crate::theme;
+use base::files::shown;
 use egui::{Button, RichText, Role, Ui, WidgetInfo, vec2};
 
 /// The panel has no state of its own.
 #[derive(Default)]
 pub struct TabsPanel;
+
+/// The project's name, and what can be done with projects.
+fn project_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let Some(project) = context.project else {
+        return;
+    };
+    let menu = ui.menu_button(RichText::new(&project.settings.name), |ui| {
+        ui.label(
+            RichText::new(shown(&project.root))
+                .size(12.0)
+                .color(theme::QUIET),
+        );
+        ui.separator();
+        if ui.button("New project…").clicked() {
+            out.push(Command::Project(ProjectCommand::New(None)));
+        }
+        if ui.button("Open project…").clicked() {
+            out.push(Command::Dialog(Dialog::Project));
+        }
+        if ui.button("Show in the file manager").clicked() {
+            let root = project.root.clone();
+            out.push(Command::Export(ExportCommand::OpenFolder(root)));
+        }
+        let others = context.recents.iter();
+        let others = others.filter(|recent| recent.folder != project.root);
+        for (place, recent) in others.enumerate() {
+            if place == 0 {
+                ui.separator();
+            }
+            let entry = ui.add_enabled(recent.trouble.is_none(), Button::new(&recent.name));
+            let hint = recent.trouble.clone().unwrap_or(shown(&recent.folder));
+            let entry = entry.on_hover_text(&hint).on_disabled_hover_text(&hint);
+            if entry.clicked() {
+                let folder = recent.folder.clone();
+                out.push(Command::Project(ProjectCommand::Open(folder)));
+            }
+        }
+    });
+    (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Project"));
+}
 
 impl TabsPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
@@ -48,10 +89,11 @@ impl TabsPanel {
                     }
                 });
                 (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Panels"));
-                if let Some(project) = context.project {
-                    let name = RichText::new(&project.settings.name).color(theme::QUIET);
-                    ui.label(name)
-                        .on_hover_text(project.root.display().to_string());
+                project_ui(ui, context, out);
+                if context.project.is_some() && context.read_only.is_none() {
+                    let saved = RichText::new("saved").size(12.0).color(theme::QUIET);
+                    ui.label(saved)
+                        .on_hover_text("Everything is saved as you work");
                 }
             });
         });

@@ -68,7 +68,8 @@ impl TimelinePanel {
                 out.push(Command::View(ViewCommand::Frame(frame)));
             }
             let seconds = state.frame as f64 / state.frame_rate;
-            ui.label(format!("of {last}"));
+            ui.label(format!("0–{last}"))
+                .on_hover_text(format!("{} frames", state.frames));
             ui.label(egui::RichText::new(format!("{seconds:.2} s")).color(theme::QUIET))
                 .on_hover_text(format!("{} frames a second", state.frame_rate));
             self.bar_ui(ui, context, out);
@@ -85,6 +86,7 @@ impl TimelinePanel {
             rect: rect.shrink2(vec2(GAP, 0.0)),
             frames: state.frames,
         };
+        track.ruler(ui);
         let painter = ui.painter();
         painter.rect_filled(track.rect.shrink2(vec2(0.0, 9.0)), 2.0, theme::WELL);
         let (first, last) = state.export_options.range(state.frames);
@@ -95,7 +97,15 @@ impl TimelinePanel {
             painter.rect_filled(range, 2.0, Color32::from_gray(72));
         }
         for &frame in context.relit.iter().flat_map(|relit| &relit.frames_at_hand) {
-            painter.rect_filled(track.span(frame, 12.0, 16.0), 0.0, theme::ACCENT_DIM);
+            painter.rect_filled(track.span(frame, 12.0, 16.0), 0.0, theme::CACHED);
+        }
+        let trust = context.review.confidence();
+        for unlike in trust.iter().flat_map(|report| report.unlike()) {
+            let until = unlike.frame + trust.map_or(1, |report| report.every) - 1;
+            let marked = track.span(unlike.frame, 9.0, 12.0);
+            let marked =
+                marked.union(track.span(until.min(state.frames.saturating_sub(1)), 9.0, 12.0));
+            painter.rect_filled(marked, 0.0, theme::WARNING);
         }
         let head = track.span(state.frame, 4.0, 24.0);
         let head = Rect::from_center_size(
@@ -112,6 +122,19 @@ impl TimelinePanel {
                 egui::FontId::proportional(12.0),
                 theme::QUIET,
             );
+            let unlike = trust.and_then(|report| {
+                let found = report
+                    .unlike()
+                    .into_iter()
+                    .find(|unlike| (unlike.frame..unlike.frame + report.every).contains(&frame));
+                Some(found?.distance / report.far)
+            });
+            if let Some(times) = unlike {
+                response.clone().on_hover_text(format!(
+                    "Frame {frame} is unlike every pose: {times:.1} times as far from the nearest as any pose is from the \
+                     others. Expect larger errors here."
+                ));
+            }
         }
         if let Some(at) = response.interact_pointer_pos() {
             let frame = track.frame_at(at.x);
@@ -151,11 +174,7 @@ impl TimelinePanel {
             let name = format!("{} key at frame {frame}", of.name());
             response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
             let is_held = response.hovered() || response.has_focus() || dragged.is_some();
-            let color = if is_held {
-                Color32::WHITE
-            } else {
-                theme::ACCENT
-            };
+            let color = if is_held { Color32::WHITE } else { theme::KEY };
             diamond(ui.painter(), at, true, color);
             if response.clicked() {
                 response.request_focus();
@@ -234,6 +253,25 @@ struct Track {
     frames: usize,
 }
 
+/// Height of the ruler above the bar, and the least distance of its numbers and ticks, in points.
+const RULER: f32 = 14.0;
+const NUMBER: f32 = 44.0;
+const TICK: f32 = 5.0;
+
+/// How many frames lie between two marks at least `room` points apart, `cell` points a frame: 1, 2 or 5 times a power of ten.
+fn step(room: f32, cell: f32) -> usize {
+    let mut decade = 1usize;
+    loop {
+        for times in [1, 2, 5] {
+            let step = times * decade;
+            if step as f32 * cell >= room || decade > 1_000_000_000 {
+                return step;
+            }
+        }
+        decade *= 10;
+    }
+}
+
 impl Track {
     /// The rectangle of a frame, from `top` to `bottom` points below the bar's upper edge.
     fn span(&self, frame: usize, top: f32, bottom: f32) -> Rect {
@@ -245,8 +283,46 @@ impl Track {
         )
     }
 
+    /// Ticks and numbers of frames above the bar, where there is room.
+    fn ruler(&self, ui: &Ui) {
+        let top = self.rect.top() - RULER;
+        if self.frames == 0 || top < ui.clip_rect().top() {
+            return;
+        }
+        let cell = self.rect.width() / self.frames as f32;
+        let painter = ui.painter();
+        let numbered = step(NUMBER, cell);
+        let ticked = step(TICK, cell).min(numbered);
+        for frame in (0..self.frames).step_by(ticked) {
+            let middle = self.span(frame, 0.0, 0.0).center().x;
+            let has_number = frame % numbered == 0;
+            let length = if has_number { 6.0 } else { 3.0 };
+            let below = self.rect.top() + 4.0;
+            let line = Stroke::new(1.0, Color32::from_gray(110));
+            painter.vline(middle, below - length..=below, line);
+            if has_number {
+                let font = egui::FontId::proportional(11.0);
+                let at = pos2(middle, below - length - 1.0);
+                painter.text(at, Align2::CENTER_BOTTOM, frame, font, theme::QUIET);
+            }
+        }
+    }
+
     fn frame_at(&self, x: f32) -> usize {
         let share = ((x - self.rect.left()) / self.rect.width().max(1.0)).clamp(0.0, 1.0);
         ((share * self.frames as f32) as usize).min(self.frames.saturating_sub(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_are_round_and_far_enough_apart() {
+        for (cell, expected) in [(50.0, 1), (44.0, 1), (30.0, 2), (9.0, 5), (0.5, 100)] {
+            assert_eq!(step(NUMBER, cell), expected, "{cell}");
+        }
+        assert!(step(NUMBER, 0.0) > 1_000_000);
     }
 }

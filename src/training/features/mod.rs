@@ -2,12 +2,14 @@
 //! from a file.
 
 mod cache;
+mod lpips;
 mod network;
 #[cfg(test)]
 mod tests;
 mod weights;
 
 pub use cache::{PictureId, PictureKind};
+pub use lpips::Lpips;
 pub use network::{Architecture, FeatureNetwork};
 pub use weights::WeightFile;
 

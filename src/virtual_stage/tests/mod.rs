@@ -2,7 +2,7 @@
 
 use super::dome::Dome;
 use super::grid::Grid;
-use super::motion::{Pose, exemplar_poses};
+use super::motion::{Pose, exemplar_poses, interview};
 use super::picture::{self, Pictures, Request};
 use super::subject::Subject;
 use super::transport::Effort;
@@ -20,6 +20,8 @@ mod trouble;
 
 const SMALL: StageSettings = StageSettings {
     shipped: false,
+    poses: 6,
+    like_frames: Vec::new(),
     plate: None,
     frames: 2,
     size: 32,
@@ -81,6 +83,34 @@ fn the_same_seed_gives_the_same_files_and_another_one_others() {
     );
     let other = write(&StageSettings { seed: 8, ..SMALL });
     assert!(contents(a.path()) != contents(other.path()));
+}
+
+#[test]
+fn a_pose_like_a_frame_shows_what_the_frame_shows() {
+    let folder = write(&StageSettings {
+        poses: 1,
+        like_frames: vec![1, 0],
+        ..SMALL
+    });
+    let truth = json(&folder.path().join("truth.json"));
+    let poses = truth["poses"].as_array().unwrap();
+    assert_eq!(poses.len(), 3);
+    assert_eq!(poses[0]["yaw"], 0.0);
+    let frames = interview(SMALL.frames, SMALL.seed);
+    for (pose, frame) in poses[1..].iter().zip([frames[1], frames[0]]) {
+        assert_eq!(pose["yaw"].as_f64().unwrap() as f32, frame.yaw);
+    }
+    let mask = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(
+        mask("exemplar_masks/pose01.png"),
+        mask("interview_masks/frame_001.png")
+    );
+    let refused = StageSettings {
+        like_frames: vec![2],
+        ..SMALL
+    };
+    let sentence = refused.check().unwrap_err().to_string();
+    assert!(sentence.contains("no frame 2"), "{sentence}");
 }
 
 #[test]

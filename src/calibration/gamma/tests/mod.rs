@@ -129,6 +129,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
     let ball = &manifest["probes"];
     let project = Project {
         root: folder.path().to_path_buf(),
+        results: None,
         settings: Settings {
             format: project::FORMAT,
             name: "stage".into(),

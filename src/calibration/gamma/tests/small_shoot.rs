@@ -81,6 +81,7 @@ impl SmallShoot {
             |what: &str, n: usize| (0..n).map(|i| format!("{what}{i:02}")).collect::<Vec<_>>();
         Project {
             root: root.to_path_buf(),
+            results: None,
             settings: Settings {
                 format: project::FORMAT,
                 name: "small".into(),

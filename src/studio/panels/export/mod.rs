@@ -7,13 +7,14 @@ use crate::command::{Command, Dialog, ExportCommand};
 use crate::export_options::ExportOptions;
 use crate::icons;
 use crate::panel_context::PanelContext;
+use crate::panels::accuracy::words;
 use crate::panels::number_ui;
 use crate::theme::{self, GAP};
 use egui::{
     Align, Button, DragValue, Grid, Label, Layout, Response, RichText, Role, TextEdit, Ui,
     WidgetInfo, vec2,
 };
-use export::{Destination, Files, Format};
+use export::{Destination, Files, Format, PixelBits};
 use footage::PictureSize;
 use project::Project;
 use scene::Background;
@@ -55,6 +56,7 @@ impl ExportPanel {
             name_ui(ui, &mut options, out);
         });
         files_ui(ui, context, &mut options, &project.root);
+        cost_ui(ui, context, project, &options);
         add_ui(ui, context, out);
         if options != context.state.export_options {
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
@@ -143,6 +145,46 @@ fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
         }
     });
     ui.end_row();
+}
+
+/// What the rung in use costs for this clip, if it was measured.
+fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &ExportOptions) {
+    let Some(rung) = context
+        .accuracy
+        .measured()
+        .and_then(|ledger| ledger.in_use())
+    else {
+        return;
+    };
+    let (first, last) = options.range(context.state.frames);
+    let frames = (last - first + 1) as f64;
+    let seconds = frames * rung.frame.median / 1e3;
+    let longer = options
+        .size
+        .unwrap_or(longer_side(context, project, options)) as f64;
+    let shape = match (options.at, context.relit) {
+        (PictureSize::Plate, Some(relit)) => {
+            let (width, height) = (relit.width as f64, relit.height as f64);
+            width.min(height) / width.max(height)
+        }
+        _ => 1.0,
+    };
+    let bytes = |bits: f64| words::bytes((frames * longer * longer * shape * bits / 8.0) as u64);
+    let has_alpha = options.background == Some(Background::None);
+    let bits = options.format.pixel_bits(has_alpha);
+    let bytes = bits.map(|bits| match bits {
+        PixelBits::AtMost(bits) => format!("at most {}", bytes(bits)),
+        PixelBits::About(bits) => format!("about {}", bytes(bits)),
+    });
+    let bytes = bytes.map_or(String::new(), |bytes| format!(", {bytes}"));
+    let text = format!(
+        "{}: about {}{bytes}, {:.1} dB expected",
+        words::title(rung),
+        words::duration(seconds),
+        rung.fidelity.psnr_db
+    );
+    ui.label(RichText::new(text).size(13.0).color(theme::QUIET))
+        .on_hover_text("As measured in Accuracy, in the workspace Review");
 }
 
 /// Pixels of the longer side that pictures have if they are not resized.
@@ -293,11 +335,11 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
             1 => "1 file with this name already exists".to_owned(),
             files => format!("{files} files with this name already exist"),
         };
-        ui.label(RichText::new(there).size(13.0).color(theme::ACCENT));
+        ui.label(RichText::new(there).size(13.0).color(theme::WARNING));
         ui.checkbox(&mut options.replace, "replace existing files")
             .on_hover_text("If off, existing files are kept and a number is appended");
         if !options.format.is_movie() {
-            ui.checkbox(&mut options.resume, "go on with a stopped export")
+            ui.checkbox(&mut options.resume, "resume a stopped export")
                 .on_hover_text(
                     "Keeps frames that were made of the same project, network, environment and look, and writes the others",
                 );
@@ -314,8 +356,16 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .state
         .export_options
         .obstacle(&context.status.phase, environment);
+    if let Some(&lamp) = context.state.solo.first() {
+        let text = format!(
+            "{} alone, without background, as the picture shows it",
+            context.lamps_named(lamp)
+        );
+        ui.label(RichText::new(text).size(13.0).color(theme::ACCENT))
+            .on_hover_text("Esc lights the subject by the environment again");
+    }
     ui.add_space(2.0);
-    let add = Button::new((icons::QUEUE, "Add to queue")).fill(theme::ACCENT_DIM);
+    let add = Button::new((icons::QUEUE, "Add to queue")).fill(theme::PRIMARY);
     let size = vec2(ui.available_width(), 28.0);
     let enabled = obstacle.is_none();
     let response = ui
@@ -330,7 +380,7 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if let Some(obstacle) = obstacle {
         let down = Layout::top_down(Align::Min);
         ui.with_layout(down, |ui| {
-            ui.label(RichText::new(obstacle).color(theme::ACCENT));
+            ui.label(RichText::new(obstacle).color(theme::WARNING));
         });
     }
 }

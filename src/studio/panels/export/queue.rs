@@ -39,7 +39,8 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         return;
     }
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        for export in context.exports {
+        // The newest is seen without scrolling.
+        for export in context.exports.iter().rev() {
             // Lighter than the panel, so that the progress bar stands out in it.
             let card = Frame::new()
                 .fill(ui.visuals().faint_bg_color)
@@ -59,7 +60,7 @@ fn export_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut V
         ExportStatus::Waiting => ("waiting".to_owned(), theme::QUIET),
         ExportStatus::Running => (job.map_or(String::new(), job::state), theme::QUIET),
         ExportStatus::Done(_) => ("done".to_owned(), theme::TEXT),
-        ExportStatus::Failed(_) => ("failed".to_owned(), theme::ACCENT),
+        ExportStatus::Failed(_) => ("failed".to_owned(), theme::WARNING),
         ExportStatus::Cancelled(_) => ("cancelled".to_owned(), theme::QUIET),
     };
     ui.horizontal(|ui| {
@@ -78,7 +79,7 @@ fn export_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut V
             .fill(if job.is_paused() {
                 theme::TEXT.gamma_multiply(0.35)
             } else {
-                theme::ACCENT_DIM
+                theme::PRIMARY
             })
             .text(RichText::new(text).size(13.0).color(theme::TEXT));
         ui.add(bar).on_hover_text(&job.note);

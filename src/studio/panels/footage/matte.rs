@@ -70,7 +70,7 @@ pub fn matte_ui(
     }
     let frame = context.state.frame;
     if let Some(why) = refusal(context, project, frame) {
-        ui.colored_label(theme::ACCENT, why);
+        ui.colored_label(theme::WARNING, why);
     } else {
         brush_ui(ui, context, shown, out);
         ui.add_space(GAP);
@@ -134,7 +134,7 @@ fn brush_ui(ui: &mut Ui, context: &PanelContext, shown: &FootagePicture, out: &m
 /// The frame's matte in words.
 fn found_ui(ui: &mut Ui, context: &PanelContext, frame: usize) {
     match context.matte.live(frame) {
-        Some(Err(sentence)) => drop(ui.colored_label(theme::ACCENT, sentence)),
+        Some(Err(sentence)) => drop(ui.colored_label(theme::WARNING, sentence)),
         Some(Ok(live)) => {
             let edges = 100.0 * live.uncertain;
             quiet_ui(

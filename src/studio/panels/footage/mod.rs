@@ -190,11 +190,10 @@ impl FootagePanel {
         out: &mut Vec<Command>,
     ) {
         if let Some(why) = context.read_only {
-            ui.colored_label(theme::ACCENT, why);
+            ui.colored_label(theme::WARNING, why);
         }
         if self.asking {
-            ui.colored_label(
-                theme::ACCENT,
+            ui.colored_label(theme::WARNING,
                 "The calibration and the network belong to the old framing. They are set aside in the project's \
                  folder and have to be made again.",
             );

@@ -280,7 +280,7 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut V
         .trial
         .is_some_and(|trial| trial != view.calibrated);
     ui.horizontal(|ui| {
-        let fit = Button::new("Fit").fill(theme::ACCENT_DIM);
+        let fit = Button::new("Fit").fill(theme::PRIMARY);
         if ui
             .add_enabled(idle, fit)
             .on_hover_text("Fits the response to the pictures and the mirror balls, and saves it")

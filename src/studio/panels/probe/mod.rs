@@ -143,7 +143,7 @@ impl ProbePanel {
                 out.push(reset());
             }
             let idle = context.status.job.is_none();
-            let calibrate = Button::new("Calibrate").fill(theme::ACCENT_DIM);
+            let calibrate = Button::new("Calibrate").fill(theme::PRIMARY);
             if ui
                 .add_enabled(idle, calibrate)
                 .on_hover_text("Saves this circle in the project and calibrates again. Key: Ctrl+Enter")
@@ -154,7 +154,7 @@ impl ProbePanel {
         });
         let doubt = study.rim.as_ref().ok().and_then(Silhouette::warning);
         for sentence in self.photograph.refused.iter().chain(&doubt) {
-            ui.label(RichText::new(sentence).color(theme::ACCENT).size(13.0));
+            ui.label(RichText::new(sentence).color(theme::WARNING).size(13.0));
         }
     }
 
@@ -292,7 +292,7 @@ fn findings_ui(ui: &mut Ui, study: &ProbeView) {
         .auto_shrink([false, true])
         .show(ui, |ui| {
             for sentence in &study.findings {
-                ui.label(RichText::new(sentence).size(12.0).color(theme::ACCENT));
+                ui.label(RichText::new(sentence).size(12.0).color(theme::WARNING));
             }
         });
 }
@@ -332,7 +332,7 @@ fn lamps_ui(ui: &mut Ui, study: &ProbeView, chosen: Option<usize>) -> Option<usi
                     format!("{:.0} %", 100.0 * lamp.confidence),
                 ];
                 let color = if lamp.confidence < 0.5 {
-                    theme::ACCENT
+                    theme::WARNING
                 } else {
                     theme::TEXT
                 };

@@ -174,10 +174,9 @@ impl Photograph {
         {
             self.dragged = Some(grip(placement, circle, at));
         }
+        let moved = response.drag_delta();
         if response.dragged_by(PointerButton::Middle) {
-            out.push(Command::View(ViewCommand::Pan(
-                response.drag_delta().into(),
-            )));
+            out.push(Command::View(ViewCommand::Pan(moved.into())));
         }
         if response.dragged_by(PointerButton::Primary) {
             let fine = if ui.input(|i| i.modifiers.shift) {
@@ -189,7 +188,7 @@ impl Photograph {
             let whole = response
                 .total_drag_delta()
                 .filter(|_| response.drag_started());
-            let delta = whole.unwrap_or(response.drag_delta());
+            let delta = whole.unwrap_or(moved);
             let pixels = |points: f32| f64::from(fine * points / placement.points_per_pixel);
             match self.dragged {
                 Some(DragTarget::Center) => {

@@ -10,6 +10,7 @@ use crate::panel_context::PanelContext;
 use crate::recents::Recent;
 use crate::theme::{self, GAP};
 use crate::wizard::typed;
+use base::files::shown;
 use egui::{Button, Color32, Label, RichText, ScrollArea, Sense, TextEdit, Ui, vec2};
 use footage::scan::counted;
 use project::Project;
@@ -130,7 +131,7 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
 fn open_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     let (settings, shoot) = (&project.settings, &project.settings.shoot);
     ui.heading(&settings.name);
-    quiet_ui(ui, &project.root.display().to_string());
+    quiet_ui(ui, &shown(&project.root));
     ui.label(format!(
         "{} at {} fps, {} × {}, working size {} pixels",
         counted(shoot.frames.len(), "frame"),
@@ -139,7 +140,7 @@ fn open_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
         counted(shoot.lamps.len(), "lamp"),
         settings.size
     ));
-    quiet_ui(ui, &format!("Shoot: {}", project.shoot_path("").display()));
+    quiet_ui(ui, &format!("Shoot: {}", shown(&project.shoot_path(""))));
     quiet_ui(
         ui,
         match context.read_only {
@@ -176,11 +177,11 @@ fn row_ui(ui: &mut Ui, recent: &Recent, out: &mut Vec<Command>) {
             ui.vertical(|ui| {
                 ui.set_width(room);
                 ui.strong(&recent.name);
-                let folder = RichText::new(recent.folder.display().to_string());
+                let folder = RichText::new(shown(&recent.folder));
                 let folder = folder.color(theme::QUIET).size(12.0);
                 ui.add(Label::new(folder).truncate().sense(Sense::hover()));
                 if let Some(trouble) = &recent.trouble {
-                    ui.colored_label(theme::ACCENT, trouble);
+                    ui.colored_label(theme::WARNING, trouble);
                 }
             });
             let name = &recent.name;

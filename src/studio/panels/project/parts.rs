@@ -167,7 +167,7 @@ fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<String>, changed: &mut P
             }
             if let Some(misfit) = misfit {
                 let text = format!("{} {misfit}", icons::WARNING);
-                ui.add(egui::Label::new(RichText::new(text).color(theme::ACCENT)).wrap());
+                ui.add(egui::Label::new(RichText::new(text).color(theme::WARNING)).wrap());
             }
         });
     });

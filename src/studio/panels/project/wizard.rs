@@ -135,7 +135,7 @@ fn line_ui(ui: &mut Ui, line: &Line) {
     let (mark, color, says) = match (&line.lack, line.needed) {
         (None, _) => (icons::DONE, theme::QUIET, "complete"),
         (Some(_), false) => ("–", theme::QUIET, "not needed"),
-        (Some(_), true) => (icons::WARNING, theme::ACCENT, "missing"),
+        (Some(_), true) => (icons::WARNING, theme::WARNING, "missing"),
     };
     let tick = ui.colored_label(color, mark);
     tick.widget_info(|| {

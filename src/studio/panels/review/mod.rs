@@ -3,6 +3,7 @@
 mod chosen;
 mod map;
 mod sheet;
+mod trust;
 
 pub use sheet::LampSheetPanel;
 
@@ -36,6 +37,8 @@ impl ReviewPanel {
             ui.set_max_width(ui.available_width() - GAP);
             self.contents_ui(ui, context, out);
             ui.add_space(GAP);
+            trust::trust_ui(ui, context, out);
+            ui.add_space(GAP);
         });
     }
 
@@ -46,7 +49,7 @@ impl ReviewPanel {
             }
             None => return quiet_ui(ui, "Reading the last measurement."),
             Some(Err(sentence)) => {
-                ui.colored_label(theme::ACCENT, sentence);
+                ui.colored_label(theme::WARNING, sentence);
                 ui.add_space(GAP);
                 return buttons_ui(ui, context, None, out);
             }
@@ -58,10 +61,10 @@ impl ReviewPanel {
         buttons_ui(ui, context, Some(kept), out);
         if let Some(what) = kept.outdated {
             let changed = format!("This was measured before {what} changed. Measure again.");
-            ui.colored_label(theme::ACCENT, changed);
+            ui.colored_label(theme::WARNING, changed);
         }
         if let Some(failure) = &context.review.failure {
-            ui.colored_label(theme::ACCENT, failure);
+            ui.colored_label(theme::WARNING, failure);
         }
         // A newer measurement may have fewer cases or lamps.
         self.chosen = (self.chosen)
@@ -96,13 +99,14 @@ impl ReviewPanel {
         }
     }
 
-    /// Chooses a cell and shows its frame under its lamp.
+    /// Chooses a cell and shows it beside its truth.
     fn choose(&mut self, review: &Review, cell: (usize, usize), out: &mut Vec<Command>) {
         self.chosen = Some(cell);
         if let Case::Frame(frame) = review.cases[cell.0].case {
             out.push(Command::View(ViewCommand::Frame(frame)));
         }
         out.push(Command::View(ViewCommand::Solo(Some(cell.1))));
+        out.push(Command::View(ViewCommand::Cell(Some(cell))));
     }
 }
 
@@ -178,7 +182,7 @@ fn buttons_ui(
         button(
             ui,
             "Measure",
-            Some(theme::ACCENT_DIM),
+            Some(theme::PRIMARY),
             able,
             hint,
             Command::Review(ReviewCommand::Measure(None)),
@@ -228,6 +232,9 @@ fn means_ui(ui: &mut Ui, review: &Review, metric: Metric) {
             let text = format!("Mean {figure} of {} {what}", means.cases);
             ui.label(RichText::new(text).color(theme::QUIET));
         }
+    }
+    if let Some(flicker) = &review.flicker {
+        quiet_ui(ui, &flicker.sentence());
     }
 }
 

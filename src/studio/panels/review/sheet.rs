@@ -3,6 +3,7 @@
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::missing::no_picture_ui;
+use crate::panels::viewport::cell::CellUi;
 use crate::theme::{self, GAP};
 use egui::{
     Align, Align2, Button, Color32, ColorImage, FontId, Layout, Painter, Rect, Response, RichText,
@@ -17,18 +18,24 @@ use worker::{LampSheet, PreviewPicture, SrgbPicture};
 /// Pictures wider than this many points show their lamp's number.
 const NUMBERED: f32 = 26.0;
 
-/// Holds one texture with all pictures of the sheet.
+/// Holds one texture with all pictures of the sheet; a cell that was chosen in the map takes its place.
 #[derive(Default)]
 pub struct LampSheetPanel {
     shown: Option<(Arc<LampSheet>, Atlas)>,
+    cell: CellUi,
 }
 
 impl LampSheetPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let whole = ui.available_rect_before_wrap();
+        if self.cell.ui(ui, whole, context, out) {
+            ui.advance_cursor_after_rect(whole);
+            return;
+        }
         let empty = match (&context.review.sheet, context.relit) {
             _ if context.project.is_none() => "Open a project to see its frames under every lamp.",
             (Some(Err(sentence)), _) => {
-                ui.colored_label(theme::ACCENT, sentence);
+                ui.colored_label(theme::WARNING, sentence);
                 return;
             }
             (Some(Ok(sheet)), Some(relit)) if sheet.lamps.len() == relit.rig.lamps.len() => {
@@ -169,8 +176,11 @@ impl LampPicture<'_> {
         if rect.width() > NUMBERED {
             let font = FontId::proportional(10.0);
             let at = rect.left_bottom() + vec2(3.0, -2.0);
-            let number = self.number.to_string();
-            painter.text(at, Align2::LEFT_BOTTOM, number, font, theme::QUIET);
+            let number = painter.layout_no_wrap(self.number.to_string(), font, theme::TEXT);
+            let place = Align2::LEFT_BOTTOM.anchor_size(at, number.size());
+            // Some pictures are as bright as the number.
+            painter.rect_filled(place.expand(1.5), 2.0, Color32::from_black_alpha(170));
+            painter.galley(place.min, number, theme::TEXT);
         }
         let edge = match (self.chosen, pointed_at) {
             (true, _) => Some(Stroke::new(2.0, theme::ACCENT)),

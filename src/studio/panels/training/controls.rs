@@ -35,7 +35,7 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
             WidgetInfo::selected(egui::Role::RadioButton, enabled, chosen, name)
         });
         let fill = match (chosen, response.hovered() && enabled) {
-            (true, _) => theme::ACCENT_DIM,
+            (true, _) => theme::PRIMARY,
             (false, true) => egui::Color32::from_gray(60),
             (false, false) => theme::WELL,
         };
@@ -203,7 +203,7 @@ impl Buttons {
             ))
             .size(13.0));
             ui.horizontal(|ui| {
-                let yes = Button::new("Start over").fill(theme::ACCENT_DIM);
+                let yes = Button::new("Start over").fill(theme::PRIMARY);
                 if ui.add(yes).clicked() {
                     out.push(Command::Training(TrainingCommand::Start { fresh: true }));
                     self.confirming = false;
@@ -218,7 +218,7 @@ impl Buttons {
         let refusal = context.training.refusal(&choice, project);
         ui.horizontal(|ui| {
             let resume = Button::new((icons::PLAY, "Resume"))
-                .fill(theme::ACCENT_DIM)
+                .fill(theme::PRIMARY)
                 .min_size(BUTTON);
             let hint = format!("Continues from step {}. Key: Ctrl+Enter", present.step);
             if icons::named_ui(ui, refusal.is_none(), resume, "Resume")
@@ -249,7 +249,7 @@ impl Buttons {
 /// The button that starts the first run.
 pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
     let start = Button::new((icons::PLAY, "Start"))
-        .fill(theme::ACCENT_DIM)
+        .fill(theme::PRIMARY)
         .min_size(BUTTON);
     let hint = "Trains the network with this preset. Key: Ctrl+Enter";
     if icons::named_ui(ui, true, start, "Start")

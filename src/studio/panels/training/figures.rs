@@ -26,7 +26,7 @@ pub fn figures_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
         });
     let point = context.training.point.as_ref();
     for warning in point.map_or(vec![], |point| warnings(point, project)) {
-        ui.label(RichText::new(warning).size(12.5).color(theme::ACCENT));
+        ui.label(RichText::new(warning).size(12.5).color(theme::WARNING));
     }
 }
 

@@ -110,7 +110,7 @@ impl TrainingPanel {
             .filter(|_| context.training.running);
         let held = job.and_then(|job| job.held.as_ref());
         for sentence in records.failure.iter().filter(|_| known).chain(held) {
-            ui.label(RichText::new(sentence).size(12.5).color(theme::ACCENT));
+            ui.label(RichText::new(sentence).size(12.5).color(theme::WARNING));
             ui.add_space(GAP);
         }
         controls::presets_ui(ui, context, project, out);

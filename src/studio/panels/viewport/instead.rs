@@ -16,7 +16,7 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         refusal_ui(ui, refusal, out);
         ui.add_space(GAP);
     }
-    let failure = status.failure.as_ref().map(|text| (text, theme::ACCENT));
+    let failure = status.failure.as_ref().map(|text| (text, theme::WARNING));
     let message = status.message.as_ref().filter(|_| !context.is_live());
     let message = message.map(|text| (text, theme::QUIET));
     for (text, color) in failure.into_iter().chain(message) {

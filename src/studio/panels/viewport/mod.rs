@@ -1,23 +1,30 @@
 //! The picture, alone or compared with another; if there is none, what is needed to make one.
 
+pub mod cell;
+mod doubts;
 mod gizmo;
 mod instead;
 mod native_texture;
+pub mod readout;
 mod toolbar;
 
 use crate::command::{Command, LookCommand, ViewCommand};
 use crate::comparison::CompareMode;
 use crate::environment_library::PanoramaState;
 use crate::icons;
+use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::panels::{TEXT_WIDTH, dismiss_ui, notice_ui};
 use crate::theme::{self, GAP};
+use cell::CellUi;
+use doubts::Doubts;
 use eframe::egui_wgpu::RenderState;
 use egui::{
-    Align2, Color32, CursorIcon, FontId, PointerButton, Rect, Sense, TextureHandle, TextureId, Ui,
-    Vec2, pos2, vec2,
+    Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Sense, Stroke,
+    StrokeKind, TextureHandle, TextureId, Ui, Vec2, pos2, vec2,
 };
 use native_texture::{NativeTexture, ShownTexture};
+use scene::Inspection;
 use std::sync::Arc;
 use worker::PreviewPicture;
 
@@ -33,12 +40,67 @@ pub struct ViewportPanel {
     /// Points per pixel of the fitted picture.
     fit: f32,
     native: NativeTexture,
+    doubts: Doubts,
+    cell: CellUi,
+    /// Whether the second of two pictures was under the cursor last.
+    second: bool,
 }
 
 struct ViewportTextures {
     relit: Arc<PreviewPicture>,
     first: ShownTexture,
     second: Option<TextureHandle>,
+}
+
+impl ViewportTextures {
+    fn size(&self) -> Vec2 {
+        vec2(self.relit.width as f32, self.relit.height as f32)
+    }
+
+    /// Where the picture is, if it is wiped with another.
+    fn wiped(&self, rect: Rect, context: &PanelContext) -> Option<Rect> {
+        let compare = &context.state.compare;
+        let is_wiped = compare.on && compare.mode == CompareMode::Wipe && self.second.is_some();
+        is_wiped.then(|| placed(rect, self.size(), context).0)
+    }
+
+    /// The pixel under the cursor, and whether the second picture is seen there. `place` is where the picture is, or the
+    /// left of two.
+    fn under(
+        &self,
+        ui: &Ui,
+        rect: Rect,
+        place: Rect,
+        context: &PanelContext,
+    ) -> Option<([usize; 2], bool)> {
+        let at = ui.input(|i| i.pointer.latest_pos());
+        let at = at.filter(|_| ui.rect_contains_pointer(rect))?;
+        let (compare, right) = (&context.state.compare, 0.5 * rect.width());
+        let has_two = compare.on && self.second.is_some();
+        let is_right = has_two && compare.mode == CompareMode::Side && at.x > rect.left() + right;
+        let place = match is_right {
+            true => place.translate(vec2(right, 0.0)),
+            false => place,
+        };
+        let share = (at - place.min) / place.size();
+        let inside = (0.0..1.0).contains(&share.x) && (0.0..1.0).contains(&share.y);
+        let pixel = |share: f32, length: usize| (share * length as f32) as usize;
+        let second = has_two
+            && match compare.mode {
+                CompareMode::Side => is_right,
+                CompareMode::Difference => false,
+                _ if peeks(ui) => true,
+                CompareMode::Toggle => compare.second,
+                CompareMode::Wipe => share.x >= context.state.wipe,
+            };
+        inside.then_some((
+            [
+                pixel(share.x, self.relit.width),
+                pixel(share.y, self.relit.height),
+            ],
+            second,
+        ))
+    }
 }
 
 impl ViewportPanel {
@@ -59,14 +121,44 @@ impl ViewportPanel {
         let mut rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         self.upload(ui.ctx(), context.relit);
+        // Where there is a larger pane for it, it is there.
+        let is_elsewhere = context.shown.contains(&Pane::Lamps);
+        if !is_elsewhere && self.cell.ui(ui, rect, context, out) {
+            ui.advance_cursor_after_rect(rect);
+            return;
+        }
         match &self.shown {
             Some(shown) if context.is_live() => {
-                let bar = Rect::from_min_size(rect.min, vec2(rect.width(), toolbar::HEIGHT));
+                let height = toolbar::height(ui, rect.width());
+                let bar = Rect::from_min_size(rect.min, vec2(rect.width(), height));
                 toolbar::toolbar_ui(ui, bar, context, out);
                 rect.min.y = bar.bottom();
-                gestures(ui, rect, out);
-                self.fit = pictures_ui(ui, rect, shown, context, out);
+                let below = rect.with_min_y(rect.bottom() - readout::HEIGHT);
+                rect.max.y = below.top();
+                gestures(ui, rect, shown.wiped(rect, context), out);
+                let (place, fit) = pictures_ui(ui, rect, shown, context, out);
+                self.fit = fit;
+                if let Some((pixel, second)) = shown.under(ui, rect, place, context) {
+                    self.second = second;
+                    // The last pixel is kept while the cursor moves to the panel that shows it.
+                    if Some(pixel) != context.state.probed {
+                        out.push(Command::View(ViewCommand::Pixel(Some(pixel))));
+                    }
+                }
+                readout::strip_ui(ui, below, context, &shown.relit, self.second);
+                if context.state.look.effects.inspection == Inspection::FalseColor {
+                    readout::legend_ui(ui, rect);
+                }
+                if context.state.doubts {
+                    let painter = ui.painter().with_clip_rect(rect);
+                    let words = self.doubts.draw(&painter, place, &shown.relit, context);
+                    label(ui, rect, Align2::LEFT_BOTTOM, &words);
+                }
                 gizmo::gizmo_ui(ui, rect, context, out);
+                if !context.state.solo.is_empty() {
+                    let edge = Stroke::new(3.0, theme::ACCENT);
+                    (ui.painter()).rect_stroke(rect, 0.0, edge, StrokeKind::Inside);
+                }
                 let mut below = rect;
                 if let Some(sentence) = overlay(context, &shown.relit) {
                     below.max.y = note_ui(ui, rect, &sentence, false, out).top() + GAP;
@@ -143,20 +235,19 @@ fn placed(rect: Rect, size: Vec2, context: &PanelContext) -> (Rect, f32) {
     (placed, fit)
 }
 
-/// The picture and what it is compared with. Returns the points per pixel when fitted.
+/// The picture and what it is compared with. Returns where it is, and the points per pixel when fitted.
 fn pictures_ui(
     ui: &Ui,
     rect: Rect,
     shown: &ViewportTextures,
     context: &PanelContext,
     out: &mut Vec<Command>,
-) -> f32 {
+) -> (Rect, f32) {
     let relit = &shown.relit;
-    let size = vec2(relit.width as f32, relit.height as f32);
+    let size = shown.size();
     let compare = &context.state.compare;
     let first_texture = shown.first.id();
     let second = (shown.second.as_ref().filter(|_| compare.on)).map(TextureHandle::id);
-    let peeks = ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down());
     let name = || toolbar::name(&compare.reference, context);
     let first = || match (&compare.first, &relit.first) {
         (Some(with), Some(_)) => toolbar::name(with, context),
@@ -173,7 +264,7 @@ fn pictures_ui(
             label(ui, right, Align2::LEFT_TOP, &name());
             (place, fit)
         }
-        (Some(second), _) if peeks => {
+        (Some(second), _) if peeks(ui) => {
             let (place, fit) = placed(rect, size, context);
             paint(ui, rect, second, place, (0.0, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &name());
@@ -211,8 +302,12 @@ fn pictures_ui(
             (place, fit)
         }
     };
-    probe(ui, rect, place, relit, context, out);
-    fit
+    (place, fit)
+}
+
+/// Whether a person holds Shift to see what the picture is compared with.
+fn peeks(ui: &Ui) -> bool {
+    ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down())
 }
 
 /// Draws the part of a texture between two shares of its width, where it belongs in `place`.
@@ -257,54 +352,42 @@ fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) 
         .interact_pointer_pos()
         .filter(|_| response.dragged())
     {
-        out.push(Command::View(ViewCommand::Wipe(
-            (at.x - place.left()) / place.width(),
-        )));
+        out.push(wipe_to(place, at));
     }
 }
 
-/// Reports the pixel under the cursor.
-fn probe(
-    ui: &Ui,
-    rect: Rect,
-    place: Rect,
-    relit: &PreviewPicture,
-    context: &PanelContext,
-    out: &mut Vec<Command>,
-) {
-    let at = ui.input(|i| i.pointer.latest_pos());
-    let over = at.filter(|_| ui.rect_contains_pointer(rect));
-    let pixel = over.and_then(|at| {
-        let (u, v) = (
-            (at.x - place.left()) / place.width(),
-            (at.y - place.top()) / place.height(),
-        );
-        let inside = (0.0..1.0).contains(&u) && (0.0..1.0).contains(&v);
-        let at = |share: f32, length: usize| (share * length as f32) as usize;
-        inside.then_some([at(u, relit.width), at(v, relit.height)])
-    });
-    // The last pixel is kept while the cursor moves to the panel that shows it.
-    if pixel.is_some() && pixel != context.state.probed {
-        out.push(Command::View(ViewCommand::Pixel(pixel)));
-    }
+/// Brings the line between two pictures under the pointer.
+fn wipe_to(place: Rect, at: Pos2) -> Command {
+    Command::View(ViewCommand::Wipe((at.x - place.left()) / place.width()))
 }
 
-fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
+/// Drags and the wheel. Where two pictures are wiped, a drag moves the line over `wiped`, the picture's place; else it turns the
+/// light.
+fn gestures(ui: &Ui, rect: Rect, wiped: Option<Rect>, out: &mut Vec<Command>) {
     let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Relit picture"));
     let shift = ui.input(|i| i.modifiers.shift);
     let delta = response.drag_delta();
-    if response.dragged_by(PointerButton::Primary) {
-        out.push(Command::Look(LookCommand::Turn(
-            delta.x * DEGREES_PER_POINT * if shift { 0.1 } else { 1.0 },
-        )));
-    } else if response.dragged_by(PointerButton::Secondary) && shift {
+    let by = |button| response.dragged_by(button);
+    if by(PointerButton::Primary) {
+        match (wiped, response.interact_pointer_pos()) {
+            (Some(place), Some(at)) => out.push(wipe_to(place, at)),
+            _ => out.push(Command::Look(LookCommand::Turn(
+                delta.x * DEGREES_PER_POINT * if shift { 0.1 } else { 1.0 },
+            ))),
+        }
+    } else if by(PointerButton::Secondary) && shift {
         out.push(Command::Look(LookCommand::Turn(
             delta.x * DEGREES_PER_POINT,
         )));
-    } else if response.dragged_by(PointerButton::Middle) {
+    } else if by(PointerButton::Middle) {
         out.push(Command::View(ViewCommand::Pan(delta.into())));
     }
+    zoom(ui, &response, rect, out);
+}
+
+/// The wheel and a pinch over what is in `rect`.
+fn zoom(ui: &Ui, response: &Response, rect: Rect, out: &mut Vec<Command>) {
     if let Some(at) = response.hover_pos() {
         let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
         if factor != 1.0 {
@@ -320,6 +403,11 @@ fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
 fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
     if let Some(failure) = &context.status.failure {
         return Some(failure.clone());
+    }
+    match (context.state.cell, &context.review.cell) {
+        (Some(_), None) => return Some("Predicting what was measured".to_owned()),
+        (Some(_), Some(Err(sentence))) => return Some(sentence.clone()),
+        _ => {}
     }
     match context.environment().map(|e| &e.panorama) {
         None => Some("Add an environment: a lat-long panorama, .exr or .hdr".to_owned()),
@@ -346,7 +434,7 @@ fn note_ui(ui: &mut Ui, rect: Rect, sentence: &str, refusal: bool, out: &mut Vec
     painter.rect_filled(back, 4.0, Color32::from_black_alpha(200));
     if refusal {
         let (icon, font) = (icons::WARNING, FontId::proportional(18.0));
-        painter.text(corner, Align2::LEFT_TOP, icon, font, theme::ACCENT);
+        painter.text(corner, Align2::LEFT_TOP, icon, font, theme::WARNING);
     }
     painter.galley(corner + vec2(sides[0], 0.0), text, theme::TEXT);
     let label = ui.interact(back, ui.scope_id().with(("note", refusal)), Sense::hover());

@@ -17,8 +17,23 @@ use egui::{
 };
 use scene::Inspection;
 
-/// The bar's height in points.
-pub const HEIGHT: f32 = 32.0;
+/// Height of a row in points, and what the buttons on the right take.
+const HEIGHT: f32 = 32.0;
+const RIGHT: f32 = 200.0;
+
+/// Where the width that the buttons on the left took last is kept.
+fn left_id() -> egui::Id {
+    egui::Id::unique("viewer bar")
+}
+
+/// The bar's height in points: a second row where it is too narrow for one.
+pub fn height(ui: &Ui, width: f32) -> f32 {
+    let left = ui.data(|data| data.get_temp::<f32>(left_id()));
+    match left.unwrap_or_default() + RIGHT > width {
+        true => 2.0 * HEIGHT,
+        false => HEIGHT,
+    }
+}
 
 /// The name of a compared picture.
 pub fn name(with: &Reference, context: &PanelContext) -> String {
@@ -49,15 +64,31 @@ pub fn name(with: &Reference, context: &PanelContext) -> String {
 
 pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
     ui.painter().rect_filled(rect, 0.0, theme::PANEL);
-    let inner = rect - Margin::symmetric(8, 3);
-    ui.scope_builder(UiBuilder::new().max_rect(inner), |ui| {
-        ui.horizontal_centered(|ui| {
+    let row = |rect: Rect| UiBuilder::new().max_rect(rect - Margin::symmetric(8, 3));
+    let first = rect.with_max_y(rect.top() + HEIGHT);
+    let last = rect.with_min_y(rect.bottom() - HEIGHT);
+    ui.scope_builder(row(first), |ui| {
+        let left = ui.horizontal_centered(|ui| {
             ui.spacing_mut().item_spacing.x = GAP;
             compare_ui(ui, context, out);
             if let Some(&lamp) = context.state.solo.first() {
                 solo_ui(ui, lamp, context, out);
             }
             table_ui(ui, context, out);
+            if context.state.doubts {
+                let back = Button::new(RichText::new("Errors ×").color(theme::ACCENT));
+                let hint = "Show the picture without where errors are expected";
+                if ui.add(back).on_hover_text(hint).clicked() {
+                    out.push(Command::View(ViewCommand::ToggleDoubts));
+                }
+            }
+            ui.min_rect().width()
+        });
+        ui.data_mut(|data| data.insert_temp(left_id(), left.inner));
+    });
+    ui.scope_builder(row(last), |ui| {
+        ui.horizontal_centered(|ui| {
+            ui.spacing_mut().item_spacing.x = GAP;
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let hint = "One pixel of the picture on one pixel of the screen. Key: 1";
                 if ui.button("1:1").on_hover_text(hint).clicked() {
@@ -70,10 +101,6 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
                     out.push(Command::View(ViewCommand::Fit));
                 }
                 channels_ui(ui, context, out);
-                if let Some(text) = pixel(context) {
-                    let text = RichText::new(text).monospace().size(12.0);
-                    ui.add(egui::Label::new(text.color(theme::QUIET)).truncate());
-                }
             });
         });
     });
@@ -264,15 +291,9 @@ fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// The lamps shown alone, as a button that returns to the environment.
 fn solo_ui(ui: &mut Ui, lamp: usize, context: &PanelContext, out: &mut Vec<Command>) {
-    let lamps = context.project.map(|project| &project.settings.shoot.lamps);
-    let name = lamps.and_then(|lamps| lamps.get(lamp));
-    let mut text = name.map_or_else(|| format!("lamp {lamp}"), Clone::clone);
-    let more = context.state.solo.len() - 1;
-    if more > 0 {
-        text += &format!(" and {more} more");
-    }
-    let back = Button::new(RichText::new(format!("{text} alone ×")).color(theme::ACCENT));
-    let hint = "Back to the environment. Page Up and Page Down go through the lamps.";
+    let text = format!("{} alone ×", context.lamps_named(lamp));
+    let back = Button::new(RichText::new(text).color(theme::ACCENT));
+    let hint = "Back to the environment. Key: Esc. Page Up and Page Down go through the lamps.";
     if ui.add(back).on_hover_text(hint).clicked() {
         out.push(Command::View(ViewCommand::Solo(None)));
     }
@@ -295,14 +316,4 @@ fn table_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         };
         out.push(Command::Export(ExportCommand::Options(Box::new(options))));
     }
-}
-
-/// The pixel under the cursor: its position and its 8-bit codes.
-fn pixel(context: &PanelContext) -> Option<String> {
-    let ([x, y], relit) = (context.state.probed?, context.relit?);
-    let [r, g, b] = match &relit.first {
-        Some((_, codes)) => *codes.rgb.as_chunks::<3>().0.get(y * codes.width + x)?,
-        None => relit.codes([x, y])?,
-    };
-    Some(format!("{x:4},{y:4}  {r:3} {g:3} {b:3}"))
 }

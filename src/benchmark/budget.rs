@@ -1,0 +1,74 @@
+//! How often something is timed, and what came of it.
+
+use base::error::Result;
+use serde::{Deserialize, Serialize};
+use std::time::{Duration, Instant};
+
+/// How often something is timed.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// At least so often, however long it takes, and at most.
+    pub runs: (usize, usize),
+    /// No new run begins later than this after the first.
+    pub time: Duration,
+}
+
+/// Times of many runs in milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    pub median_ms: f64,
+    /// The fifth and the ninety-fifth of a hundred.
+    pub low_ms: f64,
+    pub high_ms: f64,
+    /// How many were timed.
+    pub runs: usize,
+}
+
+impl Spread {
+    /// Of milliseconds in any order.
+    pub fn of(mut times: Vec<f64>) -> Self {
+        times.sort_unstable_by(f64::total_cmp);
+        let at = |share: f64| {
+            let last = times.len().saturating_sub(1) as f64;
+            let place = (share * last).round() as usize;
+            times.get(place).copied().unwrap_or(f64::NAN)
+        };
+        Self {
+            median_ms: at(0.5),
+            low_ms: at(0.05),
+            high_ms: at(0.95),
+            runs: times.len(),
+        }
+    }
+}
+
+impl Budget {
+    /// At least thrice, at most `most` times, for about so many seconds.
+    pub fn seconds(seconds: f64, most: usize) -> Self {
+        Self {
+            runs: (3.min(most), most),
+            time: Duration::from_secs_f64(seconds.max(0.0)),
+        }
+    }
+
+    /// The milliseconds of each run of `work`.
+    ///
+    /// # Errors
+    /// When a run fails.
+    pub fn time<T>(&self, mut work: impl FnMut() -> Result<T>) -> Result<Vec<f64>> {
+        let mut times = Vec::new();
+        let began = Instant::now();
+        let (least, most) = self.runs;
+        while times.len() < least || (times.len() < most && began.elapsed() < self.time) {
+            times.push(timed(&mut work)?.0);
+        }
+        Ok(times)
+    }
+}
+
+/// What `work` made, and the milliseconds that it took.
+pub fn timed<T>(mut work: impl FnMut() -> Result<T>) -> Result<(f64, T)> {
+    let started = Instant::now();
+    let made = std::hint::black_box(work()?);
+    Ok((started.elapsed().as_secs_f64() * 1e3, made))
+}

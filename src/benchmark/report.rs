@@ -1,0 +1,140 @@
+//! What was found out about a machine.
+
+use super::plan::PICTURES;
+use super::table::ms;
+use base::machine::Machine;
+use gpu::Adapter;
+use serde::{Deserialize, Serialize};
+
+/// A machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MachineReport {
+    pub machine: Machine,
+    /// All that the system offers.
+    pub adapters: Vec<Adapter>,
+    /// Minutes that it might take, and seconds that it took.
+    pub minutes: f64,
+    pub seconds: f64,
+    /// Whether it was stopped before its end.
+    pub stopped: bool,
+    pub devices: Vec<DeviceReport>,
+}
+
+/// A device of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DeviceReport {
+    /// `gpu` or `cpu`.
+    pub kind: String,
+    pub name: String,
+    /// What the self-test found, as a sentence; None on the CPU, or if it did not end.
+    pub self_test: Option<String>,
+    /// Bytes that it copies in a second, read and written both counted.
+    pub copied_per_second: Option<f64>,
+    pub rows: Vec<Row>,
+}
+
+/// One thing that was timed, or was not.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    pub what: String,
+    /// The preset whose network it is.
+    pub network: Option<String>,
+    /// Width and height in pixels.
+    pub size: Option<usize>,
+    pub median_ms: Option<f64>,
+    /// The fifth and the ninety-fifth of a hundred.
+    pub low_ms: Option<f64>,
+    pub high_ms: Option<f64>,
+    pub runs: usize,
+    /// What the first run took beyond the median; all that it took if it was the only one.
+    pub first_ms: Option<f64>,
+    /// The time in which the device copies the bytes that have to be read and written.
+    pub copy_ms: Option<f64>,
+    /// What is aimed at, in words, and whether it is reached.
+    pub goal: Option<String>,
+    pub reached: Option<bool>,
+    /// What it would take, by smaller sizes, if it was left out.
+    pub predicted_ms: Option<f64>,
+    /// Why there are no times.
+    pub left_out: Option<String>,
+    /// Bytes of memory that the process of this measure had held at most by then.
+    pub peak_bytes: Option<u64>,
+    /// Bytes that it had taken of the GPU's memory.
+    pub gpu_bytes: Option<u64>,
+}
+
+/// A relit frame of this size with its network is to be made so often in a second.
+const GOAL_SIZE: usize = 512;
+const GOAL_PER_SECOND: f64 = 60.0;
+/// The sum of lamps may take so many times as long as copying.
+const GOAL_COPIES: f64 = 1.3;
+
+impl MachineReport {
+    /// In a sentence, how much was found out.
+    pub fn sentence(&self) -> String {
+        let rows = || self.devices.iter().flat_map(|device| &device.rows);
+        let missing = rows().filter(|row| row.left_out.is_some()).count();
+        format!(
+            "This machine was measured in {:.1} minutes{}: {} figures, {missing} left out",
+            self.seconds / 60.0,
+            if self.stopped { ", and stopped" } else { "" },
+            rows().count() - missing,
+        )
+    }
+}
+
+impl Row {
+    /// With what is aimed at, where there is an aim.
+    pub fn with_goal(mut self) -> Self {
+        let Some(ms) = self.median_ms else {
+            return self;
+        };
+        if self.what == PICTURES[0] && self.size == Some(GOAL_SIZE) {
+            self.goal = Some(format!("at least {GOAL_PER_SECOND:.0} a second"));
+            self.reached = Some(1e3 / ms >= GOAL_PER_SECOND);
+        } else if let Some(copy) = self.copy_ms.filter(|_| self.is_sum()) {
+            self.goal = Some(format!("at most {GOAL_COPIES} times copying"));
+            self.reached = Some(ms <= GOAL_COPIES * copy);
+        }
+        self
+    }
+
+    /// Whether it is the sum of lamps of a field as it is, not of its components.
+    pub fn is_sum(&self) -> bool {
+        self.what.starts_with("relight") || self.what.starts_with("sum, f")
+    }
+
+    /// What it is, of which network, at which size.
+    pub fn name(&self) -> String {
+        let network = self.network.as_deref();
+        let network = network.map_or(String::new(), |name| format!(" ({name})"));
+        let size = self
+            .size
+            .map_or(String::new(), |size| format!(" at {size} pixels"));
+        format!("{}{network}{size}", self.what)
+    }
+
+    /// Median and spread, or what it would be.
+    pub fn time(&self) -> String {
+        match (self.median_ms, self.low_ms, self.high_ms) {
+            (Some(median), Some(low), Some(high)) if self.runs > 1 => {
+                format!("{} ({}–{})", ms(median), ms(low), ms(high))
+            }
+            (Some(median), ..) => format!("{} (once)", ms(median)),
+            _ => match (self.predicted_ms, self.first_ms, &self.left_out) {
+                (_, Some(first), _) => format!("first run {}", ms(first)),
+                (Some(predicted), ..) => format!("left out, about {}", ms(predicted)),
+                (None, None, Some(_)) => "left out".to_owned(),
+                (None, None, None) => "–".to_owned(),
+            },
+        }
+    }
+
+    pub fn aim(&self) -> String {
+        match (&self.goal, self.reached) {
+            (Some(goal), Some(true)) => format!("{goal}: yes"),
+            (Some(goal), Some(false)) => format!("{goal}: **no**"),
+            _ => String::new(),
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Under which lamps a picture's OLATs are worst.
+//!
+//! Of a left-out pose is known by how much each lamp's error is above the picture's. What lamps have in common in all poses is
+//! taken from there; what a lamp changed since the middle of the training, more than it usually does, tells the rest.
+
+use serde::{Deserialize, Serialize};
+
+/// A lamp's error may at most grow with this power of its change.
+const MOST_SLOPE: f64 = 1.0;
+const LEAST: f64 = 1e-12;
+
+/// What a left-out pose showed, by lamp.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LampErrors {
+    /// Mean squared errors of encoded values.
+    pub squared_errors: Vec<f64>,
+    /// Mean squared changes since the middle of the training; empty if no network was kept from there.
+    pub squared_changes: Vec<f64>,
+}
+
+/// How a picture's error is shared among the lamps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LampShares {
+    /// Logarithms of each lamp's usual error, and of its usual change, over the picture's.
+    errors: Vec<f64>,
+    changes: Vec<f64>,
+    /// The power of a change that is not usual.
+    slope: f64,
+}
+
+impl LampShares {
+    /// Learns it; None without poses, or when they have other lamps.
+    pub fn learn(poses: &[&LampErrors]) -> Option<Self> {
+        let lamps = poses.first()?.squared_errors.len();
+        if lamps == 0 || poses.iter().any(|pose| pose.squared_errors.len() != lamps) {
+            return None;
+        }
+        let errors: Vec<Vec<f64>> = poses
+            .iter()
+            .map(|pose| shares(&pose.squared_errors))
+            .collect();
+        let has_changes = poses.iter().all(|pose| pose.squared_changes.len() == lamps);
+        let changes: Vec<Vec<f64>> = if has_changes {
+            poses
+                .iter()
+                .map(|pose| shares(&pose.squared_changes))
+                .collect()
+        } else {
+            vec![vec![0.0; lamps]; poses.len()]
+        };
+        let mean = |all: &[Vec<f64>]| -> Vec<f64> {
+            let of = |lamp: usize| all.iter().map(|one| one[lamp]).sum::<f64>() / all.len() as f64;
+            (0..lamps).map(of).collect()
+        };
+        let (usual_errors, usual_changes) = (mean(&errors), mean(&changes));
+        let (mut together, mut square) = (0.0, 0.0);
+        for (errors, changes) in errors.iter().zip(&changes) {
+            for lamp in 0..lamps {
+                let change = changes[lamp] - usual_changes[lamp];
+                together += change * (errors[lamp] - usual_errors[lamp]);
+                square += change * change;
+            }
+        }
+        let slope = together / square;
+        Some(Self {
+            errors: usual_errors,
+            changes: usual_changes,
+            slope: if slope.is_finite() {
+                slope.clamp(0.0, MOST_SLOPE)
+            } else {
+                0.0
+            },
+        })
+    }
+
+    /// PSNR of each lamp's OLAT in decibels, of a picture's and of its squared changes by lamp, if they are known.
+    pub fn decibels(&self, picture_db: f64, squared_changes: Option<&[f64]>) -> Vec<f64> {
+        let changes = squared_changes
+            .filter(|changes| changes.len() == self.errors.len())
+            .map(shares);
+        let logs: Vec<f64> = (0..self.errors.len())
+            .map(|lamp| {
+                let change = changes
+                    .as_ref()
+                    .map_or(0.0, |changes| changes[lamp] - self.changes[lamp]);
+                self.errors[lamp] + self.slope * change
+            })
+            .collect();
+        // Together they are the picture's.
+        let mean = logs.iter().map(|log| (2.0 * log).exp()).sum::<f64>() / logs.len().max(1) as f64;
+        let decibels = |log: &f64| picture_db - 10.0 * ((2.0 * log).exp() / mean).log10();
+        logs.iter().map(decibels).collect()
+    }
+}
+
+/// Logarithms of the roots of squares over the root of their mean.
+fn shares(squares: &[f64]) -> Vec<f64> {
+    let usable = |square: &f64| {
+        if square.is_finite() {
+            square.max(LEAST)
+        } else {
+            LEAST
+        }
+    };
+    let mean = squares.iter().map(usable).sum::<f64>() / squares.len().max(1) as f64;
+    squares
+        .iter()
+        .map(|square| 0.5 * (usable(square) / mean).ln())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Poses whose lamps err by a pattern of their own, times their unusual change to the power 0.5.
+    fn pose(unusual: [f64; 3]) -> LampErrors {
+        let (pattern, usual) = ([1.0, 4.0, 0.5], [0.2, 0.1, 0.4]);
+        LampErrors {
+            squared_errors: (0..3)
+                .map(|i| pattern[i] * f64::powf(unusual[i], 0.5))
+                .collect(),
+            squared_changes: (0..3).map(|i| usual[i] * unusual[i]).collect(),
+        }
+    }
+
+    #[test]
+    fn lamps_that_err_most_are_found_and_what_a_lamp_changed_tells_more() {
+        let poses = [
+            pose([1.0, 1.0, 1.0]),
+            pose([2.0, 0.5, 1.0]),
+            pose([0.4, 1.3, 2.0]),
+        ];
+        let shares = LampShares::learn(&poses.iter().collect::<Vec<_>>()).unwrap();
+        assert!((shares.slope - 0.5).abs() < 0.1, "{}", shares.slope);
+        let usual = shares.decibels(30.0, None);
+        assert!(usual[1] < usual[0] && usual[0] < usual[2], "{usual:?}");
+        // All lamps together are the picture.
+        let mean = usual.iter().map(|db| 10f64.powf(-db / 10.0)).sum::<f64>() / 3.0;
+        assert!((-10.0 * mean.log10() - 30.0).abs() < 1e-9);
+        let changed = shares.decibels(30.0, Some(&pose([50.0, 1.0, 1.0]).squared_changes));
+        assert!(changed[0] < usual[0] - 3.0, "{changed:?}");
+        // Without changes the pattern alone speaks; nothing is made of nothing, and NaN stays out.
+        let plain: Vec<LampErrors> = (poses.iter())
+            .map(|pose| LampErrors {
+                squared_changes: Vec::new(),
+                ..pose.clone()
+            })
+            .collect();
+        let plain = LampShares::learn(&plain.iter().collect::<Vec<_>>()).unwrap();
+        assert_eq!(plain.slope, 0.0);
+        assert!(LampShares::learn(&[]).is_none());
+        let broken = LampErrors {
+            squared_errors: vec![f64::NAN, 0.0, 1.0],
+            squared_changes: vec![0.0; 3],
+        };
+        let broken = LampShares::learn(&[&broken, &poses[0]]).unwrap();
+        assert!(
+            broken
+                .decibels(30.0, Some(&[f64::NAN; 3]))
+                .iter()
+                .all(|db| db.is_finite())
+        );
+    }
+}

@@ -1,0 +1,213 @@
+//! How large an error is, by how far a picture is from the poses and how much the network still changed there, learnt from
+//! poses that a network has not seen.
+//!
+//! With e a cell's error, d its distance and s its change since the middle of the training, ln e = a + b ln d + c ln s is
+//! fitted over the cells of all left-out poses, each pose weighing the same; where no network from the middle is kept, c is 0.
+//! The cells of one pose err together, so what is said of new pictures is counted by pose, as conformal
+//! prediction does (Vovk et al. 2005): of each pose is known by which factor the relation has to be raised to hold for a
+//! share of its cells, and for its whole picture. If a new picture is to the poses as each of them is to the others, then
+//! with k poses the largest factor holds for it with a chance of k of k + 1.
+
+use super::cells::Differences;
+use super::lamps::LampErrors;
+use serde::{Deserialize, Serialize};
+
+/// Distances, changes and errors below these are as good as none.
+const LEAST_DISTANCE: f64 = 1e-3;
+const LEAST_ERROR: f64 = 1e-4;
+/// An error may at most grow with this power of distance, and of change.
+const MOST_SLOPE: f64 = 2.0;
+
+/// What a cell shows without a truth.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sign {
+    /// Distance to the poses that the network knew.
+    pub distance: f64,
+    /// Root mean square change of encoded values since the middle of the training; None if no network was kept from there.
+    pub change: Option<f64>,
+}
+
+impl Sign {
+    /// The sign of a cell.
+    pub fn of(cell: usize, distance: f32, changed: Option<&Differences>) -> Self {
+        Self {
+            distance: f64::from(distance),
+            change: changed.map(|changed| changed.cells[cell].sqrt()),
+        }
+    }
+
+    fn logs(&self) -> [f64; 2] {
+        let change = self
+            .change
+            .map_or(0.0, |change| change.max(LEAST_ERROR).ln());
+        [self.distance.max(LEAST_DISTANCE).ln(), change]
+    }
+}
+
+/// Logarithms of a cell's signs and of its error.
+type Logs = ([f64; 2], f64);
+
+/// What a pose that was left out showed, by cell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseErrors {
+    pub signs: Vec<Sign>,
+    /// The mean over lamps and pixels of the squared difference of encoded values.
+    pub squared_errors: Vec<f64>,
+    #[serde(default)]
+    pub lamps: LampErrors,
+}
+
+impl PoseErrors {
+    /// Leaves out what the network still changed.
+    pub fn forget_changes(&mut self) {
+        self.signs.iter_mut().for_each(|sign| sign.change = None);
+        self.lamps.squared_changes.clear();
+    }
+}
+
+/// Error over distance and change.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Relation {
+    intercept: f64,
+    /// Powers of distance and of change.
+    slopes: [f64; 2],
+    /// The factor at which half of the poses have this share of their cells within what is said, and that at which all have.
+    cell_factors: [f64; 2],
+    /// The same for the root mean square error of the whole picture.
+    frame_factors: [f64; 2],
+    /// Poses that it was learnt from.
+    pub poses: usize,
+}
+
+impl Relation {
+    /// Learns the relation from the poses; `share` is that of a picture's cells that what is said holds for. None without
+    /// two poses that have cells.
+    pub fn learn(poses: &[PoseErrors], share: f64) -> Option<Self> {
+        let logs: Vec<Vec<Logs>> = (poses.iter())
+            .map(|pose| {
+                let pairs = pose.signs.iter().zip(&pose.squared_errors);
+                let usable = pairs.filter(|(sign, e)| {
+                    let change = sign.change.unwrap_or_default();
+                    sign.distance.is_finite() && change.is_finite() && e.is_finite()
+                });
+                let log = |(sign, e): (&Sign, &f64)| (sign.logs(), e.sqrt().max(LEAST_ERROR).ln());
+                usable.map(log).collect()
+            })
+            .filter(|cells: &Vec<_>| !cells.is_empty())
+            .collect();
+        if logs.len() < 2 {
+            return None;
+        }
+        let mean = |of: &dyn Fn(&Logs) -> f64| -> f64 {
+            let means = logs
+                .iter()
+                .map(|cells| cells.iter().map(of).sum::<f64>() / cells.len() as f64);
+            means.sum::<f64>() / logs.len() as f64
+        };
+        let (x, y) = ([0, 1].map(|i| mean(&|c| c.0[i])), mean(&|c| c.1));
+        let among = |i: usize, j: usize| mean(&|c| (c.0[i] - x[i]) * (c.0[j] - x[j]));
+        let with = |i: usize| mean(&|c| (c.0[i] - x[i]) * (c.1 - y));
+        let changes_known = poses
+            .iter()
+            .flat_map(|pose| &pose.signs)
+            .all(|sign| sign.change.is_some());
+        let slopes = slopes(
+            [[among(0, 0), among(0, 1)], [among(1, 0), among(1, 1)]],
+            [with(0), if changes_known { with(1) } else { 0.0 }],
+        );
+        let mut found = Self {
+            intercept: y - slopes[0] * x[0] - slopes[1] * x[1],
+            slopes,
+            cell_factors: [1.0; 2],
+            frame_factors: [1.0; 2],
+            poses: logs.len(),
+        };
+        let of_cells = logs.iter().map(|cells| {
+            let mut ratios: Vec<f64> = (cells.iter())
+                .map(|(sign, e)| (e - found.log(*sign)).exp())
+                .collect();
+            quantile(&mut ratios, share)
+        });
+        let of_cells: Vec<f64> = of_cells.collect();
+        let of_frames = logs.iter().map(|cells| {
+            let said: f64 = (cells.iter())
+                .map(|(sign, _)| (2.0 * found.log(*sign)).exp())
+                .sum();
+            let real: f64 = cells.iter().map(|(_, e)| (2.0 * e).exp()).sum();
+            (real / said).sqrt()
+        });
+        let of_frames: Vec<f64> = of_frames.collect();
+        found.cell_factors = [0.5, 1.0].map(|share| quantile(&mut of_cells.clone(), share));
+        found.frame_factors = [0.5, 1.0].map(|share| quantile(&mut of_frames.clone(), share));
+        Some(found)
+    }
+
+    /// The logarithm of the relation alone, of those of distance and change.
+    fn log(&self, sign: [f64; 2]) -> f64 {
+        self.intercept + self.slopes[0] * sign[0] + self.slopes[1] * sign[1]
+    }
+
+    /// Errors where these signs are, as shares of encoded white, that the asked share of cells stays within: in the usual
+    /// picture, and in all but one of k + 1.
+    pub fn cells(&self, sign: Sign) -> [f64; 2] {
+        let alone = self.log(sign.logs()).exp();
+        self.cell_factors.map(|factor| factor * alone)
+    }
+
+    /// PSNR of a picture's OLATs in decibels: the usual, and what all but one of k + 1 reach. None without cells.
+    pub fn decibels(&self, signs: impl Iterator<Item = Sign>) -> Option<[f64; 2]> {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for sign in signs {
+            sum += (2.0 * self.log(sign.logs())).exp();
+            count += 1.0;
+        }
+        let decibels = |factor: f64| -10.0 * (factor * factor * sum / count).log10();
+        (count > 0.0).then(|| self.frame_factors.map(decibels))
+    }
+
+    /// The chance that what is said of all but one of k + 1 pictures holds.
+    pub fn chance(&self) -> f64 {
+        self.poses as f64 / (self.poses + 1) as f64
+    }
+}
+
+/// The smallest value that at least this share of all do not exceed.
+fn quantile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let rank = (share * values.len() as f64).ceil().max(1.0) as usize;
+    values[rank.min(values.len()) - 1]
+}
+
+/// The slopes that fit best, of the covariances of the two signs and theirs with the error: neither below 0 nor above
+/// [`MOST_SLOPE`].
+fn slopes(among: [[f64; 2]; 2], with: [f64; 2]) -> [f64; 2] {
+    let alone = |i: usize| {
+        let slope = with[i] / among[i][i];
+        let slope = if slope.is_finite() {
+            slope.clamp(0.0, MOST_SLOPE)
+        } else {
+            0.0
+        };
+        let mut slopes = [0.0; 2];
+        slopes[i] = slope;
+        slopes
+    };
+    // What is left of the squared error, but for a constant.
+    let rest = |[b, c]: [f64; 2]| {
+        let square = b * b * among[0][0] + 2.0 * b * c * among[0][1] + c * c * among[1][1];
+        square - 2.0 * (b * with[0] + c * with[1])
+    };
+    let determinant = among[0][0] * among[1][1] - among[0][1] * among[1][0];
+    let both = [
+        (with[0] * among[1][1] - with[1] * among[0][1]) / determinant,
+        (with[1] * among[0][0] - with[0] * among[1][0]) / determinant,
+    ];
+    let mut candidates = vec![alone(0), alone(1)];
+    if with[1] != 0.0 && both.iter().all(|slope| (0.0..=MOST_SLOPE).contains(slope)) {
+        candidates.push(both);
+    }
+    let best = candidates
+        .into_iter()
+        .min_by(|a, b| rest(*a).total_cmp(&rest(*b)));
+    best.unwrap_or_default()
+}

@@ -1,0 +1,341 @@
+//! What was found, and its words.
+
+use super::folds::folder;
+use super::lamps::LampShares;
+use super::relation::{PoseErrors, Relation, Sign};
+use base::error::{Error, Result};
+use base::files::{self, write_beside};
+use project::Project;
+use reflectance::checkpoint;
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::PathBuf;
+
+const FORMAT: u32 = 2;
+const NAME: &str = "confidence.json";
+/// The share of a picture's cells that what is said of errors holds for.
+pub const SAID_SHARE: f64 = 0.8;
+
+/// How far the frames of an interview can be trusted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConfidenceReport {
+    pub format: u32,
+    /// Steps and seconds of training of the network that was asked: of another one the figures say nothing.
+    pub step: u64,
+    pub seconds: f64,
+    /// The distance of each pose to the others, in deviations of the network's features.
+    pub pose_distances: Vec<f32>,
+    /// The largest of them: a frame farther from all poses is unlike them.
+    pub far: f32,
+    pub frames: Vec<FrameConfidence>,
+    /// Every how many frames one was looked at.
+    pub every: usize,
+    /// Frames that, photographed as poses, would leave the least uncovered, the first the most.
+    pub missing: Vec<usize>,
+    /// Minutes of training for each pose that was left out; None if errors were not asked for.
+    pub minutes: Option<f64>,
+    /// Error over distance and change, how it is shared among lamps, and what both were learnt from.
+    pub relation: Option<Relation>,
+    pub lamps: Option<LampShares>,
+    #[serde(default)]
+    pub left_out: Vec<PoseErrors>,
+    /// How often what is said of errors held, if a truth was given.
+    #[serde(default)]
+    pub judged: Option<Judged>,
+}
+
+/// How often what was said of errors held on frames whose truth is known.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    pub frames: usize,
+    /// The share of cells whose error is within what was said of the usual frame, and of all but one of k + 1; asked for
+    /// were [`SAID_SHARE`] of the cells.
+    pub cells_within: [f64; 2],
+    /// The share of frames in which the second holds for the asked share of cells.
+    pub frames_within: f64,
+    /// The share of frames that reach what all but one of k + 1 were said to reach.
+    pub frames_reaching: f64,
+    /// The mean of real less expected PSNR in decibels: above 0, errors were smaller than expected.
+    pub better_by_db: f64,
+    /// How well expected and real errors of cells agree, as the correlation of their logarithms.
+    pub correlation: f64,
+    /// The same of lamps within each frame; None without [`LampShares`].
+    pub lamp_correlation: Option<f64>,
+}
+
+impl Judged {
+    /// Counts; None without frames or cells.
+    pub(super) fn of(
+        relation: &Relation,
+        lamps: Option<&LampShares>,
+        frames: &[PoseErrors],
+    ) -> Option<Self> {
+        let frames: Vec<&PoseErrors> = (frames.iter())
+            .filter(|frame| !frame.signs.is_empty())
+            .collect();
+        let cells = |frame: &PoseErrors| -> Vec<(Sign, f64)> {
+            let pairs = frame.signs.iter().zip(&frame.squared_errors);
+            pairs.map(|(sign, square)| (*sign, square.sqrt())).collect()
+        };
+        let within = |frame: &PoseErrors, which: usize| {
+            let cells = cells(frame);
+            let holds = cells
+                .iter()
+                .filter(|(sign, e)| *e <= relation.cells(*sign)[which]);
+            holds.count() as f64 / cells.len() as f64
+        };
+        let count = frames.len() as f64;
+        let mean = |of: &dyn Fn(&PoseErrors) -> f64| {
+            frames.iter().map(|frame| of(frame)).sum::<f64>() / count
+        };
+        let share = |holds: bool| f64::from(u8::from(holds));
+        let real = |frame: &PoseErrors| {
+            let squares = &frame.squared_errors;
+            -10.0 * (squares.iter().sum::<f64>() / squares.len() as f64).log10()
+        };
+        let said = |frame: &PoseErrors| {
+            let decibels = relation.decibels(frame.signs.iter().copied());
+            decibels.unwrap_or([f64::NAN; 2])
+        };
+        let logs: Vec<(f64, f64)> = (frames.iter())
+            .flat_map(|frame| cells(frame))
+            .map(|(sign, error)| (relation.cells(sign)[0].ln(), error.max(1e-6).ln()))
+            .collect();
+        let of_lamps = |lamps: &LampShares| {
+            let frames = frames.iter().flat_map(|frame| {
+                let of = &frame.lamps;
+                let mean =
+                    of.squared_errors.iter().sum::<f64>() / of.squared_errors.len().max(1) as f64;
+                let changes = (!of.squared_changes.is_empty()).then_some(&of.squared_changes[..]);
+                let said = lamps.decibels(0.0, changes).into_iter();
+                let real = of
+                    .squared_errors
+                    .iter()
+                    .map(move |e| -10.0 * (e / mean).max(1e-9).log10());
+                said.zip(real)
+            });
+            correlation(&frames.collect::<Vec<_>>())
+        };
+        (count > 0.0).then(|| Self {
+            lamp_correlation: lamps.map(of_lamps),
+            frames: frames.len(),
+            cells_within: [0, 1].map(|which| mean(&|frame| within(frame, which))),
+            frames_within: mean(&|frame| share(within(frame, 1) >= SAID_SHARE)),
+            frames_reaching: mean(&|frame| share(real(frame) >= said(frame)[1])),
+            better_by_db: mean(&|frame| real(frame) - said(frame)[0]),
+            correlation: correlation(&logs),
+        })
+    }
+}
+
+/// The correlation of pairs; 0 where one side never changes.
+fn correlation(pairs: &[(f64, f64)]) -> f64 {
+    let count = pairs.len().max(1) as f64;
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
+    let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
+    let together = mean(&|p| (p.0 - x) * (p.1 - y));
+    let apart = (mean(&|p| (p.0 - x).powi(2)) * mean(&|p| (p.1 - y).powi(2))).sqrt();
+    if apart > 0.0 { together / apart } else { 0.0 }
+}
+
+/// How far a frame can be trusted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameConfidence {
+    pub frame: usize,
+    /// Its distance to the nearest poses; [`ConfidenceReport::far`] is far.
+    pub distance: f32,
+    /// The pose that it is most like.
+    pub pose: Option<usize>,
+    /// The expected error, if it was asked for.
+    pub expected: Option<Expected>,
+    /// Of each of [`SIDE`](super::SIDE) × [`SIDE`](super::SIDE) cells the distance, row by row; 0 where no subject is.
+    pub cells: Vec<f32>,
+    /// Of each of these cells the expected error of its OLATs, as a share of encoded white; empty if it was not asked for.
+    pub errors: Vec<f32>,
+    /// Of each lamp the expected PSNR of its OLAT in decibels; empty if it was not asked for.
+    pub lamps: Vec<f32>,
+}
+
+impl FrameConfidence {
+    /// The lamp whose OLAT is expected to be worst, and its PSNR in decibels.
+    pub fn worst_lamp(&self) -> Option<(usize, f32)> {
+        let lamps = self.lamps.iter().copied().enumerate();
+        lamps.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+/// The expected error of a frame's OLATs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Expected {
+    /// PSNR in decibels.
+    pub psnr_db: f64,
+    /// What all but one of k + 1 frames reach, with k poses.
+    pub at_least_db: f64,
+}
+
+impl ConfidenceReport {
+    pub(super) fn new(step: u64, seconds: f64, pose_distances: Vec<f32>, every: usize) -> Self {
+        Self {
+            format: FORMAT,
+            step,
+            seconds,
+            far: pose_distances.iter().copied().fold(0.0, f32::max),
+            pose_distances,
+            frames: Vec::new(),
+            every,
+            missing: Vec::new(),
+            minutes: None,
+            relation: None,
+            lamps: None,
+            left_out: Vec::new(),
+            judged: None,
+        }
+    }
+
+    /// Where it is kept.
+    pub fn path(project: &Project) -> PathBuf {
+        folder(project).join(NAME)
+    }
+
+    /// Writes it into the project.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn save(&self, project: &Project) -> Result<()> {
+        let path = Self::path(project);
+        std::fs::create_dir_all(folder(project)).map_err(|e| {
+            Error::io(
+                "write",
+                folder(project),
+                e,
+                "Check that the project's folder can be written",
+            )
+        })?;
+        let text = serde_json::to_string(self)
+            .map_err(|e| Error::bug(format!("the confidence is no JSON: {e}")))?;
+        write_beside(&path, |out| out.write_all(text.as_bytes()))
+    }
+
+    /// What was found for the project, if anything, and whether it is of the network that predicts now.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or is not what this program writes.
+    pub fn load(project: &Project) -> Result<Option<(Self, bool)>> {
+        let path = Self::path(project);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let remedy = "Remove the file and run afterlight confidence again";
+        let text = files::read_text(&path, files::MOST_TEXT)
+            .map_err(|e| Error::io("read", &path, e, remedy))?;
+        let found: Self = serde_json::from_str(&text).map_err(|e| {
+            Error::invalid(format!("{} cannot be read: {e}", path.display()), remedy)
+        })?;
+        if found.format != FORMAT {
+            return Err(Error::invalid(
+                format!(
+                    "{} has format {}, not {FORMAT}",
+                    path.display(),
+                    found.format
+                ),
+                remedy,
+            ));
+        }
+        let now = checkpoint::info(&project.checkpoint_path());
+        let fits = now.is_ok_and(|info| {
+            // Not every digit comes back from a text.
+            info.step == found.step && (info.seconds - found.seconds).abs() < 1e-3
+        });
+        Ok(Some((found, fits)))
+    }
+
+    /// Frames that are farther from all poses than any pose is from the others, the farthest first.
+    pub fn unlike(&self) -> Vec<&FrameConfidence> {
+        let mut all: Vec<&FrameConfidence> = self.frames.iter().collect();
+        all.retain(|frame| frame.distance > self.far);
+        all.sort_by(|a, b| b.distance.total_cmp(&a.distance));
+        all
+    }
+
+    /// A few sentences about it.
+    pub fn sentence(&self) -> String {
+        let names = |frames: &mut dyn Iterator<Item = usize>| {
+            let names: Vec<String> = frames.map(|frame| frame.to_string()).collect();
+            names.join(", ")
+        };
+        let unlike = self.unlike();
+        let mut text = match unlike.len() {
+            0 => format!(
+                "None of {} frames is farther from the poses than they are from each other",
+                self.frames.len()
+            ),
+            count => format!(
+                "{count} of {} frames are unlike every pose, the most unlike first: {}",
+                self.frames.len(),
+                names(&mut unlike.iter().take(10).map(|frame| frame.frame))
+            ),
+        };
+        if let (Some(relation), Some(worst)) = (&self.relation, self.worst()) {
+            text += &format!(
+                "\nOLATs: {:.1} dB expected in the usual frame, {:.1} dB in the worst, frame {}; with a chance of {} in {} \
+                 a frame like these has at least {:.1} dB there",
+                self.usual().unwrap_or_default(),
+                worst.1.psnr_db,
+                worst.0,
+                relation.poses,
+                relation.poses + 1,
+                worst.1.at_least_db
+            );
+            if let Some((frame, lamp, decibels)) = self.worst_olats().first() {
+                text += &format!(
+                    "\nThe worst OLAT is expected in frame {} under lamp {lamp}: {decibels:.1} dB",
+                    frame.frame
+                );
+            }
+        }
+        if let Some(judged) = &self.judged {
+            text += &format!(
+                "\nBeside the truth of {} frames: {:.0} % of them reach what they were said to reach at least, {:.0} % of their \
+                 parts are within what was said ({:.0} % was asked for), and the frames are {:+.1} dB better than expected",
+                judged.frames,
+                100.0 * judged.frames_reaching,
+                100.0 * judged.cells_within[1],
+                100.0 * SAID_SHARE,
+                judged.better_by_db
+            );
+        }
+        if !self.missing.is_empty() {
+            text += &format!(
+                "\nPhotograph these next: frames {}",
+                names(&mut self.missing.iter().copied())
+            );
+        }
+        text
+    }
+
+    /// Each frame with the lamp whose OLAT is expected to be worst and its PSNR in decibels, the worst first.
+    pub fn worst_olats(&self) -> Vec<(&FrameConfidence, usize, f32)> {
+        let worst = |frame| {
+            let (lamp, decibels) = FrameConfidence::worst_lamp(frame)?;
+            Some((frame, lamp, decibels))
+        };
+        let mut all: Vec<_> = self.frames.iter().filter_map(worst).collect();
+        all.sort_by(|a, b| a.2.total_cmp(&b.2));
+        all
+    }
+
+    /// The frame with the largest expected error.
+    pub fn worst(&self) -> Option<(usize, Expected)> {
+        let all = (self.frames.iter()).filter_map(|frame| Some((frame.frame, frame.expected?)));
+        all.min_by(|a, b| a.1.psnr_db.total_cmp(&b.1.psnr_db))
+    }
+
+    /// The median of the frames' expected PSNR.
+    pub fn usual(&self) -> Option<f64> {
+        let mut all: Vec<f64> = (self.frames.iter())
+            .filter_map(|frame| Some(frame.expected?.psnr_db))
+            .collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all.get(all.len() / 2).copied()
+    }
+}

@@ -1,0 +1,293 @@
+//! Distances and relations on numbers that are known, and the whole way on a small shoot.
+
+use super::cells::{Differences, mean_of_cells};
+use super::poses::missing;
+use super::*;
+use base::progress::Progress;
+use gpu::DeviceChoice;
+use imaging::{Image, Mask};
+use test_shoot::TestShoot;
+use training::{Preset, TrainSettings, train};
+
+/// Cells whose two features are these, all of the subject.
+fn cells(of: impl Fn(usize) -> [f32; 2]) -> Cells {
+    let values = (0..SIDE * SIDE).flat_map(of).collect();
+    Cells::from_values(2, values, vec![true; SIDE * SIDE])
+}
+
+fn noise(seed: usize) -> f32 {
+    (seed.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0 - 0.5
+}
+
+#[test]
+fn a_pose_is_at_no_distance_from_itself_and_units_do_not_matter() {
+    let pose = |k: usize, unit: f32| cells(move |i| [noise(7 * i + k), unit * noise(11 * i + k)]);
+    let poses = |unit| Poses::from_cells((0..3).map(|k| vec![pose(k, unit)]).collect());
+    let plain = poses(1.0);
+    let own = plain.nearest(&pose(1, 1.0), None);
+    assert_eq!((own.distance, own.pose), (0.0, Some(1)));
+    let apart = plain.nearest(&pose(1, 1.0), Some(1)).distance;
+    assert!(apart > 0.0);
+    let scaled = poses(1e3).nearest(&pose(1, 1e3), Some(1)).distance;
+    assert!((scaled / apart - 1.0).abs() < 1e-3, "{scaled} {apart}");
+    // One deviation in each feature is a distance of one.
+    let flat = |v: f32| cells(move |_| [v, v]);
+    let two = Poses::from_cells(vec![vec![flat(-1.0)], vec![flat(1.0)]]);
+    assert!((two.nearest(&flat(2.0), None).distance - 1.0).abs() < 1e-5);
+    // Nothing to compare with, and features that never change.
+    let none = Poses::from_cells(Vec::new());
+    assert_eq!(none.nearest(&flat(1.0), None).pose, None);
+    let same = Poses::from_cells(vec![vec![flat(1.0)], vec![flat(1.0)]]);
+    assert_eq!(same.nearest(&flat(5.0), None).distance, 0.0);
+}
+
+#[test]
+fn the_picture_farthest_from_all_is_missed_first_and_bad_mattes_are_not() {
+    let at = |v: f32| cells(move |i| [v, 0.01 * noise(i)]);
+    let mut poses = Poses::from_cells(vec![vec![at(0.0)], vec![at(1.0)]]);
+    let mut pictures: Vec<Cells> = [0.5, 4.0, 3.9, -2.0, 0.9].map(at).into();
+    // A matte that shows a corner alone.
+    let corner = (0..SIDE * SIDE).map(|cell| cell < 3).collect();
+    let values = (0..SIDE * SIDE).flat_map(|_| [99.0, 0.0]).collect();
+    pictures.push(Cells::from_values(2, values, corner));
+    let found: Vec<usize> = (missing(&mut poses, &pictures, 2).iter())
+        .map(|(picture, _)| *picture)
+        .collect();
+    assert_eq!(found, [1, 3]);
+}
+
+/// A cell at a distance, of a network whose past is not known.
+fn far(distance: f64) -> Sign {
+    Sign {
+        distance,
+        change: None,
+    }
+}
+
+/// Poses whose errors follow a law, each with a factor of its own.
+fn poses_of(law: impl Fn(f64) -> f64, factors: &[f64]) -> Vec<PoseErrors> {
+    with_changes(|distance, _| law(distance), factors, |_| None)
+}
+
+/// The same, of distance and change; changes do not go with distances.
+fn with_changes(
+    law: impl Fn(f64, f64) -> f64,
+    factors: &[f64],
+    change: impl Fn(usize) -> Option<f64>,
+) -> Vec<PoseErrors> {
+    let pose = |(k, factor): (usize, &f64)| {
+        let distances: Vec<f64> = (0..200)
+            .map(|i| (0.1 + 0.01 * i as f64) * (1.0 + 0.2 * f64::from(noise(i + 999 * k))))
+            .collect();
+        let noise = |i: usize| (f64::from(noise(31 * i + k))).exp();
+        let squares = distances.iter().enumerate();
+        PoseErrors {
+            squared_errors: (squares)
+                .map(|(i, d)| (factor * law(*d, change(i).unwrap_or(1.0)) * noise(i)).powi(2))
+                .collect(),
+            signs: (distances.iter().enumerate())
+                .map(|(i, distance)| Sign {
+                    distance: *distance,
+                    change: change(i),
+                })
+                .collect(),
+            lamps: LampErrors::default(),
+        }
+    };
+    factors.iter().enumerate().map(pose).collect()
+}
+
+#[test]
+fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
+    let factors = [1.0, 0.7, 1.4, 1.1, 0.9];
+    let poses = poses_of(|d| 0.02 * d.powf(0.8), &factors);
+    let relation = Relation::learn(&poses, 0.8).unwrap();
+    let growth = relation.cells(far(1.0))[0] / relation.cells(far(0.5))[0];
+    assert!((growth / 2f64.powf(0.8) - 1.0).abs() < 0.05, "{growth}");
+    assert!((relation.chance() - 5.0 / 6.0).abs() < 1e-12);
+    let mut halves = 0;
+    for pose in &poses {
+        let pairs = || pose.signs.iter().zip(&pose.squared_errors);
+        let share = |which: usize| {
+            let within =
+                pairs().filter(|(s, e)| e.sqrt() <= relation.cells(**s)[which] * (1.0 + 1e-9));
+            within.count() as f64 / pose.signs.len() as f64
+        };
+        assert!(share(1) >= 0.8, "{}", share(1));
+        halves += usize::from(share(0) >= 0.8);
+        let mean = pairs().map(|(_, e)| e).sum::<f64>() / pose.signs.len() as f64;
+        let [usual, least] = relation.decibels(pose.signs.iter().copied()).unwrap();
+        assert!(-10.0 * mean.log10() >= least - 1e-9 && usual >= least);
+    }
+    assert_eq!(halves, 3);
+    // Farther away is never better, whatever the numbers.
+    let falling = Relation::learn(&poses_of(|d| 0.02 / d, &factors), 0.8).unwrap();
+    assert!(falling.cells(far(2.0))[0] >= falling.cells(far(0.5))[0]);
+    assert!(Relation::learn(&poses[..1], 0.8).is_none());
+    let broken = PoseErrors {
+        signs: vec![far(f64::NAN), far(0.0)],
+        squared_errors: vec![1.0, f64::NAN],
+        lamps: LampErrors::default(),
+    };
+    assert!(Relation::learn(&[broken.clone(), broken], 0.8).is_none());
+    let zero = PoseErrors {
+        signs: vec![far(0.0); 9],
+        squared_errors: vec![0.0; 9],
+        lamps: LampErrors::default(),
+    };
+    let zero = Relation::learn(&[zero.clone(), zero], 0.8).unwrap();
+    assert!(
+        zero.cells(far(0.0))[1].is_finite()
+            && zero.decibels([far(0.0)].into_iter()).unwrap()[0].is_finite()
+    );
+    test_support::shown!(Network, "Confidence from poses without error, at no distance, with NaN, or from one pose alone",
+ danger: "logarithms of 0, a slope of ∞, a certainty from nothing", done: "floors under both, slopes from 0 to 2, and no word without two poses",
+ bound: "finite, and growing with distance", measured: "holds");
+}
+
+#[test]
+fn what_a_network_still_changes_tells_where_it_errs() {
+    let factors = [1.0, 0.7, 1.4];
+    let change = |i: usize| Some(0.02 + 0.001 * (i * 37 % 200) as f64);
+    let law = |d: f64, s: f64| 0.3 * d.powf(0.5) * s.powf(0.9);
+    let relation = Relation::learn(&with_changes(law, &factors, change), 0.8).unwrap();
+    let at = |distance, change| {
+        let change = Some(change);
+        relation.cells(Sign { distance, change })[0]
+    };
+    let growth = at(1.0, 0.2) / at(1.0, 0.1);
+    assert!((growth / 2f64.powf(0.9) - 1.0).abs() < 0.05, "{growth}");
+    let growth = at(1.0, 0.1) / at(0.5, 0.1);
+    assert!((growth / 2f64.powf(0.5) - 1.0).abs() < 0.07, "{growth}");
+    // Where one pose's network has no past, changes say nothing.
+    let mut mixed = with_changes(law, &factors, change);
+    mixed[0]
+        .signs
+        .iter_mut()
+        .for_each(|sign| sign.change = None);
+    let relation = Relation::learn(&mixed, 0.8).unwrap();
+    let at = |change| {
+        let sign = Sign {
+            distance: 1.0,
+            change,
+        };
+        relation.cells(sign)[0]
+    };
+    assert_eq!(at(Some(0.2)), at(None));
+}
+
+#[test]
+fn errors_are_those_of_the_measure() {
+    let truth = vec![Image::from_fn(32, 32, |x, y| [noise(x + 40 * y) + 0.6; 3]); 2];
+    let mask = Mask::from_fn(32, 32, |x, _| f32::from(u8::from(x >= 16)));
+    // Twice the light is one factor, which is taken out.
+    let twice: Vec<Image> = (truth.iter())
+        .map(|image| Image {
+            pixels: image.pixels.iter().map(|p| p.map(|v| 2.0 * v)).collect(),
+            ..*image
+        })
+        .collect();
+    let none = Differences::of(&twice, &truth, &mask);
+    assert!(none.cells.iter().chain(&none.lamps).all(|e| *e < 1e-10));
+    let mut other = truth.clone();
+    for (i, pixel) in other[0].pixels.iter_mut().enumerate() {
+        *pixel = pixel.map(|v| v * (1.0 + 0.2 * noise(3 * i)));
+    }
+    let compared = evaluation::metrics::Compared {
+        pictures: &other,
+        truths: &truth,
+        mask: &mask,
+    };
+    let Differences { cells, lamps } = Differences::of(&other, &truth, &mask);
+    let covered = mean_of_cells(&mask, |alpha| f64::from(*alpha));
+    let inside = cells.iter().zip(&covered).filter(|(_, a)| **a > 0.0);
+    let inside: Vec<f64> = inside.map(|(e, _)| *e).collect();
+    let mean = inside.iter().sum::<f64>() / inside.len() as f64;
+    // One factor for all makes the other lamp a little wrong too.
+    assert!(lamps[0] > 100.0 * lamps[1], "{lamps:?}");
+    assert!((0.5 * (lamps[0] + lamps[1]) / mean - 1.0).abs() < 1e-6);
+    let db = evaluation::metrics::psnr(&[compared]).unwrap().mean_db;
+    assert!(
+        (db + 10.0 * mean.log10()).abs() < 0.05,
+        "{db} {}",
+        -10.0 * mean.log10()
+    );
+}
+
+#[test]
+fn a_small_shoot_has_its_confidence_which_ages_with_the_network() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, calibration) = TestShoot::default().calibrate(folder.path(), "project");
+    let silent = Progress::silent();
+    let settings = ConfidenceSettings {
+        errors: Some(0.02 * project.settings.shoot.poses.len() as f64),
+        poses: 2,
+        every: None,
+        truth: None,
+        device: DeviceChoice::Cpu,
+    };
+    let refused = confidence(&project, &settings, &silent)
+        .unwrap_err()
+        .to_string();
+    assert!(refused.contains("checkpoint"), "{refused}");
+    assert!(ConfidenceReport::load(&project).unwrap().is_none());
+
+    let mut training = TrainSettings {
+        config: Preset::Quick.config(),
+        exclude_frames: Vec::new(),
+        hold_out: None,
+        fresh: true,
+        device: DeviceChoice::Cpu,
+    };
+    training.config.minutes = Some(0.02);
+    train(&project, &calibration, &training, &silent).unwrap();
+    let report = confidence(&project, &settings, &silent).unwrap();
+    let poses = project.settings.shoot.poses.len();
+    assert_eq!(
+        (report.pose_distances.len(), report.left_out.len()),
+        (poses, poses)
+    );
+    assert_eq!(report.frames.len(), 3);
+    assert_eq!(report.relation.unwrap().poses, poses);
+    for frame in &report.frames {
+        let expected = frame.expected.unwrap();
+        assert!(expected.psnr_db.is_finite() && expected.at_least_db <= expected.psnr_db);
+        assert!(frame.pose.is_some_and(|pose| pose < poses) && frame.distance > 0.0);
+        assert_eq!(
+            (frame.cells.len(), frame.errors.len()),
+            (SIDE * SIDE, SIDE * SIDE)
+        );
+        assert_eq!(frame.lamps.len(), project.settings.shoot.lamps.len());
+        assert!(frame.worst_lamp().unwrap().1 <= expected.psnr_db as f32);
+    }
+    assert!(
+        report.sentence().contains("dB expected"),
+        "{}",
+        report.sentence()
+    );
+    let worst = report.worst_olats();
+    assert!(worst.len() == 3 && worst.windows(2).all(|pair| pair[0].2 <= pair[1].2));
+    let (kept, fits) = ConfidenceReport::load(&project).unwrap().unwrap();
+    assert!(fits);
+    assert_eq!(
+        (&kept.missing, kept.sentence()),
+        (&report.missing, report.sentence())
+    );
+    // What was trained is not trained again.
+    let networks = || {
+        std::fs::read_dir(folder.path().join("project/confidence/networks"))
+            .unwrap()
+            .count()
+    };
+    let trained = networks();
+    let again = confidence(&project, &settings, &silent).unwrap();
+    assert_eq!((again.left_out, networks()), (report.left_out, trained));
+
+    training.fresh = false;
+    training.config.minutes = Some(0.04);
+    train(&project, &calibration, &training, &silent).unwrap();
+    assert!(!ConfidenceReport::load(&project).unwrap().unwrap().1);
+    std::fs::write(ConfidenceReport::path(&project), "{").unwrap();
+    let broken = ConfidenceReport::load(&project).unwrap_err().to_string();
+    assert!(broken.contains("confidence.json"), "{broken}");
+}

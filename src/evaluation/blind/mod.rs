@@ -1,0 +1,159 @@
+//! A blind comparison, as the paper's user study: two clips side by side, in random order and on random sides, beside a
+//! photograph of the subject in that light, and two questions.
+//!
+//! The page is one file that reads nothing else. Clips have codes in it; whose they are says the project's
+//! key, which is not in the page. Answers come back as files.
+
+mod answers;
+mod clips;
+mod interval;
+mod key;
+mod page;
+mod result;
+#[cfg(test)]
+mod tests;
+
+pub use answers::Question;
+pub use interval::exact_interval;
+pub use result::{
+    AnswersReport, MethodShare, PairShare, QuestionResult, Share, StudyResult, answers,
+};
+
+use super::Method;
+use base::error::{Error, Result};
+use base::files::write_beside;
+use base::numbers::within;
+use base::progress::Progress;
+use calibration::Calibration;
+use clips::Clips;
+use footage::PictureSize;
+use gpu::DeviceChoice;
+use key::Key;
+use project::Project;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// What the page compares.
+#[derive(Clone, Debug, PartialEq, clap::Args)]
+pub struct BlindSettings {
+    /// The page to write [default: blind/STUDY.html in the project's folder].
+    #[arg(long, value_name = "FILE.html")]
+    pub page: Option<PathBuf>,
+    /// The methods, each beside each other.
+    #[arg(long = "with", value_enum, value_delimiter = ',', default_values = ["network", "texler", "sun"])]
+    pub methods: Vec<Method>,
+    /// The lamps that light the subject, by name [default: some that light it from the front, evenly spread].
+    #[arg(long, value_name = "LAMP,...", value_delimiter = ',')]
+    pub lamps: Option<Vec<String>>,
+    /// How many lamps are chosen if none are named.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = within(1..=41usize))]
+    pub conditions: usize,
+    /// Consecutive frames of a clip, from the middle of the interview.
+    #[arg(long, value_name = "N", default_value_t = 36, value_parser = within(1..=240usize))]
+    pub frames: usize,
+    /// Minutes that texler and sun may learn, which happens now [default: as long as the project's network did, else 10].
+    #[arg(long, value_parser = within(super::evaluate::MINUTES))]
+    pub minutes: Option<f64>,
+    /// What the pictures show, and at which resolution.
+    #[arg(long, value_enum, default_value_t = PictureSize::Square)]
+    pub at: PictureSize,
+    /// Where networks run.
+    #[arg(long, value_enum, default_value_t)]
+    pub device: DeviceChoice,
+}
+
+/// The page that was written.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BlindReport {
+    /// Its name, which files of answers have.
+    pub study: String,
+    pub page: PathBuf,
+    pub bytes: u64,
+    /// Which clip is whose.
+    pub key: PathBuf,
+    pub methods: Vec<Method>,
+    /// Names of the lamps.
+    pub lamps: Vec<String>,
+    /// Pairs that a person sees, with two questions each.
+    pub pairs: usize,
+    /// Frames of each clip, and how many of them the project's network was trained on.
+    pub frames: usize,
+    pub seen_frames: usize,
+    /// Method → minutes of training.
+    pub minutes: BTreeMap<String, f64>,
+}
+
+/// Writes the page and its key.
+///
+/// # Errors
+/// When there are fewer than two methods, something that they need is missing, or a file cannot be written.
+pub fn blind(
+    project: &Project,
+    settings: &BlindSettings,
+    progress: &Progress,
+) -> Result<BlindReport> {
+    let mut settings = settings.clone();
+    let mut methods: Vec<Method> = Vec::new();
+    for method in settings.methods.drain(..) {
+        if !methods.contains(&method) {
+            methods.push(method);
+        }
+    }
+    settings.methods = methods;
+    if settings.methods.len() < 2 {
+        return Err(Error::invalid(
+            "a comparison needs two methods",
+            "Name two or more: --with network,ratio",
+        ));
+    }
+    let calibration = Calibration::load(project)?;
+    let clips = clips::make(project, &calibration, &settings, progress)?;
+    let (key, html) = page::page(project, &clips)?;
+    key.save(project)?;
+    let default = || Key::path(project, &key.study).with_extension("html");
+    let page = settings.page.clone().unwrap_or_else(default);
+    write_beside(&page, |out| out.write_all(html.as_bytes()))?;
+    let lamps = (clips.references.keys()).map(|&lamp| project.settings.shoot.lamps[lamp].clone());
+    Ok(BlindReport {
+        page,
+        bytes: html.len() as u64,
+        key: Key::path(project, &key.study),
+        methods: settings.methods,
+        lamps: lamps.collect(),
+        pairs: key.trials.len(),
+        frames: clips.frames.len(),
+        seen_frames: clips.seen,
+        minutes: clips.minutes,
+        study: key.study,
+    })
+}
+
+impl BlindReport {
+    /// The figures in sentences.
+    pub fn sentence(&self) -> String {
+        let methods: Vec<String> = self.methods.iter().map(|m| result::name(*m)).collect();
+        let mut text = format!(
+            "{} ({:.1} MB) compares {} in {} pairs of {} frames under {}. Open it in a browser, or give it away; which clip \
+             is whose says {}, which must stay here. Answers that come back: afterlight blind PROJECT --answers FILE...",
+            self.page.display(),
+            self.bytes as f64 / 1e6,
+            methods.join(", "),
+            self.pairs,
+            self.frames,
+            self.lamps.join(", "),
+            self.key.display()
+        );
+        for (method, minutes) in &self.minutes {
+            text += &format!("\n{method} learnt for {minutes:.1} min");
+        }
+        if self.seen_frames > 0 {
+            text += &format!(
+                "\nThe network was trained on {} of the {} frames, which favours it: train with --exclude-frames",
+                self.seen_frames, self.frames
+            );
+        }
+        text
+    }
+}

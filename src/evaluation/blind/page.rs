@@ -1,0 +1,138 @@
+//! The page, and the key to its codes.
+
+use super::Clips;
+use super::answers::{HEADER, Question};
+use super::key::{Key, Shown};
+use base::error::{Error, Result};
+use base64::prelude::{BASE64_STANDARD, Engine};
+use project::Project;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The page without its study.
+const PAGE: &str = include_str!("page.html");
+/// Where the study goes.
+const PLACE: &str = "{{STUDY}}";
+
+/// What the page's script reads.
+#[derive(Serialize)]
+struct Study {
+    study: String,
+    /// Frames a second.
+    rate: f64,
+    header: &'static str,
+    questions: Vec<Asked>,
+    /// Reference → picture.
+    references: BTreeMap<String, String>,
+    /// Clip → pictures.
+    clips: BTreeMap<String, Vec<String>>,
+    /// Trial → what is compared with which reference.
+    trials: BTreeMap<String, Trial>,
+}
+
+#[derive(Serialize)]
+struct Asked {
+    name: &'static str,
+    text: &'static str,
+}
+
+#[derive(Serialize)]
+struct Trial {
+    clips: [String; 2],
+    reference: String,
+}
+
+/// The page of these clips, and the key to it. Codes follow from the pictures alone: they tell nothing, and the same clips
+/// make the same page.
+///
+/// # Errors
+/// When the study cannot be written as JSON.
+pub(super) fn page(project: &Project, clips: &Clips) -> Result<(Key, String)> {
+    let mut order: Vec<(u64, usize)> = (clips.clips.iter().enumerate())
+        .map(|(i, clip)| (clip.pictures.iter().fold(START, |hash, p| mark(hash, p)), i))
+        .collect();
+    order.sort_unstable();
+    let study = order
+        .iter()
+        .fold(START, |hash, (own, _)| mark(hash, &own.to_le_bytes()));
+    let study = format!("{study:016x}");
+    let code = |place: usize| format!("c{:02}", place + 1);
+    let codes: BTreeMap<usize, String> = (order.iter().enumerate())
+        .map(|(place, (_, clip))| (*clip, code(place)))
+        .collect();
+    let mut pairs = Vec::new();
+    for (a, (_, first)) in order.iter().enumerate() {
+        for (_, second) in &order[a + 1..] {
+            let [one, two] = [first, second].map(|&clip| &clips.clips[clip]);
+            if one.lamp == two.lamp {
+                pairs.push(([codes[first].clone(), codes[second].clone()], one.lamp));
+            }
+        }
+    }
+    // Lamps are coded by the order in which their pairs come.
+    let mut references: BTreeMap<usize, String> = BTreeMap::new();
+    for (_, lamp) in &pairs {
+        let next = format!("r{:02}", references.len() + 1);
+        references.entry(*lamp).or_insert(next);
+    }
+    let trial = |place: usize| format!("t{:02}", place + 1);
+    let key = Key::new(
+        study.clone(),
+        clips.frames.clone(),
+        clips.minutes.clone(),
+        (pairs.iter().enumerate())
+            .map(|(place, (pair, _))| (trial(place), pair.clone()))
+            .collect(),
+        (codes.iter())
+            .map(|(&clip, code)| {
+                let clip = &clips.clips[clip];
+                let lamp = project.settings.shoot.lamps[clip.lamp].clone();
+                let method = clip.method;
+                (code.clone(), Shown { method, lamp })
+            })
+            .collect(),
+    );
+    let contents = Study {
+        study,
+        rate: project.settings.shoot.frame_rate,
+        header: HEADER,
+        questions: (Question::ALL.into_iter())
+            .map(|q| Asked {
+                name: q.name(),
+                text: q.text(),
+            })
+            .collect(),
+        references: (references.iter())
+            .map(|(lamp, code)| (code.clone(), data_uri(&clips.references[lamp])))
+            .collect(),
+        clips: (codes.iter())
+            .map(|(&clip, code)| {
+                let pictures = &clips.clips[clip].pictures;
+                (code.clone(), pictures.iter().map(|p| data_uri(p)).collect())
+            })
+            .collect(),
+        trials: (pairs.into_iter().enumerate())
+            .map(|(place, (clips, lamp))| {
+                let reference = references[&lamp].clone();
+                (trial(place), Trial { clips, reference })
+            })
+            .collect(),
+    };
+    let json = serde_json::to_string(&contents)
+        .map_err(|e| Error::bug(format!("cannot write the study: {e}")))?;
+    // Nothing in it may end the script.
+    let json = json.replace('<', "\\u003c");
+    Ok((key, PAGE.replace(PLACE, &json)))
+}
+
+fn data_uri(jpeg: &[u8]) -> String {
+    format!("data:image/jpeg;base64,{}", BASE64_STANDARD.encode(jpeg))
+}
+
+const START: u64 = 0xcbf2_9ce4_8422_2325;
+
+/// FNV-1a of 64 bits.
+fn mark(hash: u64, bytes: &[u8]) -> u64 {
+    let step = |hash: u64, &byte: &u8| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+    bytes.iter().fold(hash, step)
+}

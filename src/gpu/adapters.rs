@@ -1,0 +1,56 @@
+//! What the system offers to compute with, whether it is used or not.
+
+use serde::{Deserialize, Serialize};
+
+/// An adapter of the system: a GPU by way of one of its drivers, or a processor that plays one.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Adapter {
+    pub name: String,
+    /// The interface that it is reached by: `vulkan`, `metal`, `dx12` or `gl`.
+    pub backend: String,
+    /// The driver, with its version as far as it says one.
+    pub driver: String,
+    /// `discrete GPU`, `integrated GPU`, `virtual GPU`, `software` or `unknown`.
+    pub kind: String,
+    /// Bytes of the largest block of memory that it hands out. wgpu does not say how much there is in all.
+    pub largest_buffer_bytes: u64,
+    /// Bytes of the largest block that a shader reads: a frame's OLATs have to fit.
+    pub largest_binding_bytes: u64,
+}
+
+/// All adapters, the fastest kinds first. One GPU may be there once for each interface.
+pub fn adapters() -> Vec<Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    found.sort_by_key(|adapter| super::slowness(adapter.get_info().device_type));
+    found.iter().map(Adapter::of).collect()
+}
+
+impl Adapter {
+    /// Whether it is a GPU, and no processor that plays one.
+    pub fn is_hardware(&self) -> bool {
+        self.kind.contains("GPU")
+    }
+
+    fn of(adapter: &wgpu::Adapter) -> Self {
+        let (info, limits) = (adapter.get_info(), adapter.limits());
+        Self {
+            backend: info.backend.to_string(),
+            driver: [info.driver.trim(), info.driver_info.trim()]
+                .join(" ")
+                .trim()
+                .to_owned(),
+            kind: match info.device_type {
+                wgpu::DeviceType::DiscreteGpu => "discrete GPU",
+                wgpu::DeviceType::IntegratedGpu => "integrated GPU",
+                wgpu::DeviceType::VirtualGpu => "virtual GPU",
+                wgpu::DeviceType::Cpu => "software",
+                wgpu::DeviceType::Other => "unknown",
+            }
+            .to_owned(),
+            name: info.name,
+            largest_buffer_bytes: limits.max_buffer_size,
+            largest_binding_bytes: limits.max_storage_buffer_binding_size,
+        }
+    }
+}

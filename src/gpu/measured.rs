@@ -1,0 +1,61 @@
+//! What a GPU says of itself when it is asked: how fast it copies, how much memory it has handed out.
+
+use super::Gpu;
+use std::time::Instant;
+
+impl Gpu {
+    /// What the self-test finds; it runs once for each process.
+    ///
+    /// # Errors
+    /// A sentence: what it computed, and what was expected.
+    pub fn self_test(&self) -> Result<(), String> {
+        self.check()
+    }
+
+    /// The adapter's name.
+    pub fn name(&self) -> &str {
+        &self.adapter.name
+    }
+
+    /// Bytes read and written in a second by copying 64 MiB sixteen times: the median of five runs.
+    pub fn copied_per_second(&self) -> f64 {
+        const BYTES: u64 = 64 << 20;
+        const TIMES: usize = 16;
+        let buffer = || {
+            self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("copied"),
+                size: BYTES,
+                usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let (source, target) = (buffer(), buffer());
+        let copy = |times: usize| {
+            let mut commands = self.device.create_command_encoder(&Default::default());
+            for _ in 0..times {
+                commands.copy_buffer_to_buffer(&source, 0, &target, 0, BYTES);
+            }
+            let started = Instant::now();
+            self.queue.submit([commands.finish()]);
+            self.wait();
+            started.elapsed().as_secs_f64()
+        };
+        copy(1);
+        let mut seconds: Vec<f64> = (0..5).map(|_| copy(TIMES)).collect();
+        seconds.sort_by(f64::total_cmp);
+        2.0 * (BYTES * TIMES as u64) as f64 / seconds[seconds.len() / 2]
+    }
+
+    /// Waits for all that was submitted.
+    pub fn wait(&self) {
+        // A device that is lost has nothing left to wait for; who asks for its results learns of it.
+        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+    }
+
+    /// Bytes that this process has taken of the GPU's memory, for the network and for pictures; None where wgpu
+    /// does not know. Freed memory is kept for reuse: after some work it is the peak.
+    pub fn taken_bytes(&self) -> Option<u64> {
+        let report = self.device.generate_allocator_report()?;
+        Some(report.total_reserved_bytes)
+    }
+}

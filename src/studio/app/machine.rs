@@ -1,0 +1,80 @@
+//! What this machine can do: measured by a job, shown while it is measured, saved as a file.
+
+use super::StudioApp;
+use crate::command::MachineCommand;
+use base::files::write_beside;
+use benchmark::{DeviceSettings, MachineReport};
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use worker::{Job, Latest};
+
+/// What is known of this machine.
+pub struct Machine {
+    /// Where the job puts it.
+    known: Arc<Latest<MachineReport>>,
+    pub report: Option<MachineReport>,
+}
+
+impl Machine {
+    pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self {
+            known: Arc::new(Latest::new(wake)),
+            report: None,
+        }
+    }
+
+    /// Takes in what was measured since the last call.
+    pub fn receive(&mut self) {
+        if let Some(report) = self.known.take() {
+            self.report = Some(report);
+        }
+    }
+}
+
+impl StudioApp {
+    /// Shows this report of the machine, as if it had just been measured.
+    pub fn show_machine(&self, report: MachineReport) {
+        self.machine.known.put(report);
+    }
+
+    pub(super) fn apply_to_machine(&mut self, command: MachineCommand) {
+        match command {
+            MachineCommand::Measure(minutes) => {
+                let done = self.measure_machine(minutes);
+                self.refuse_unless(done);
+            }
+            MachineCommand::Save(path) => self.save_machine(path),
+        }
+    }
+
+    fn measure_machine(&self, minutes: f64) -> Result<(), String> {
+        let program = std::env::current_exe();
+        let program = program.map_err(|e| format!("this program is not found: {e}"))?;
+        self.session.run(|_| Job::Device {
+            program,
+            settings: DeviceSettings {
+                minutes,
+                ..DeviceSettings::default()
+            },
+            known: Some(self.machine.known.clone()),
+        })
+    }
+
+    fn save_machine(&mut self, path: PathBuf) {
+        let Some(report) = &self.machine.report else {
+            return self.status.refuse("Nothing was measured yet".to_owned());
+        };
+        let text = report.markdown();
+        self.errand(
+            move || {
+                write_beside(&path, |out| out.write_all(text.as_bytes()))?;
+                Ok(path)
+            },
+            |app, written| match written {
+                Ok(path) => app.status.say(format!("Saved as {}", path.display())),
+                Err(e) => app.status.refuse(e.to_string()),
+            },
+        );
+    }
+}

@@ -1,0 +1,295 @@
+//! Accuracy: what each way to go costs in time, how near it comes to the truth, and the way that a person chooses.
+
+mod chosen;
+mod plot;
+pub mod words;
+
+use crate::command::{AccuracyCommand, Command};
+use crate::panel_context::PanelContext;
+use crate::theme::{self, GAP};
+use egui::{Button, ComboBox, DragValue, RichText, ScrollArea, Ui};
+use project::Project;
+use std::path::PathBuf;
+use tradeoff::{Ledger, Pick, TradeoffSettings, front, pick};
+
+/// Room for the plot in points, at least and at most.
+const PLOT_HEIGHT: std::ops::RangeInclusive<f32> = 220.0..=460.0;
+
+/// Holds what the next measurement is to be, and what is looked for.
+pub struct AccuracyPanel {
+    /// What the next measurement is to be; None before a person has changed it.
+    wish: Option<Wish>,
+    /// Milliseconds that a frame may take, and decibels that it must reach.
+    within_ms: f64,
+    least_db: f64,
+    /// The rung that is looked at.
+    chosen: Option<usize>,
+}
+
+/// What a person chooses about a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Wish {
+    /// Minutes of training for all networks.
+    budget: f64,
+    against: Compared,
+}
+
+/// What a measurement compares with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Compared {
+    /// The shoot's truth where it has one, else the middle pose.
+    #[default]
+    Best,
+    Pose(usize),
+}
+
+impl Default for AccuracyPanel {
+    fn default() -> Self {
+        Self {
+            wish: None,
+            within_ms: 40.0,
+            least_db: 30.0,
+            chosen: None,
+        }
+    }
+}
+
+impl AccuracyPanel {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            ui.add_space(GAP);
+            ui.set_max_width(ui.available_width() - GAP);
+            let Some(project) = context.project else {
+                quiet_ui(ui, "Open a project to measure what accuracy costs in time.");
+                return;
+            };
+            self.measure_ui(ui, context, project, out);
+            ui.add_space(GAP);
+            match &context.accuracy.ledger {
+                None => quiet_ui(ui, "Reading what was measured."),
+                Some(Err(sentence)) => drop(ui.colored_label(theme::WARNING, sentence)),
+                Some(Ok(None)) => nothing_ui(ui),
+                Some(Ok(Some(ledger))) => self.ladder_ui(ui, context, ledger, out),
+            }
+            ui.add_space(GAP);
+        });
+    }
+
+    /// What is to be measured, and the button that starts it.
+    fn measure_ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        project: &Project,
+        out: &mut Vec<Command>,
+    ) {
+        let (truth, ledger) = (context.accuracy_truth(), context.accuracy.measured());
+        let before = ledger.map(|ledger| Wish::of(ledger));
+        let mut wish = self.wish.or(before).unwrap_or(Wish {
+            budget: 60.0,
+            against: Compared::default(),
+        });
+        ui.horizontal_wrapped(|ui| {
+            wish.ui(ui, project, truth.is_some());
+            let goes_on = before == Some(wish);
+            let is_done = ledger.is_some_and(|ledger| ledger.left() == 0);
+            let (able, why) = match (&context.status.job, context.read_only) {
+                (Some(_), _) => (false, "Wait until the running job ends"),
+                (_, Some(why)) => (false, why),
+                _ => (true, ""),
+            };
+            let (text, hint) = match (goes_on, is_done) {
+                (true, false) => ("Resume measuring", "Resumes where it was stopped"),
+                (true, true) => (
+                    "Measure again",
+                    "Trains and measures all rungs again. What was measured is set aside.",
+                ),
+                (false, _) if before.is_some() => (
+                    "Measure anew",
+                    "Measures with these settings. What was measured is set aside.",
+                ),
+                (false, _) => (
+                    "Measure",
+                    "Trains networks of several shapes and measures each: time, memory and error. You can stop at any time; it \
+                     goes on from there.",
+                ),
+            };
+            let button = Button::new(text).fill(theme::PRIMARY);
+            let button = ui.add_enabled(able, button);
+            if button.on_hover_text(hint).on_disabled_hover_text(why).clicked() {
+                let kept = ledger.filter(|_| goes_on).map(|ledger| ledger.settings.clone());
+                let settings = TradeoffSettings {
+                    fresh: goes_on && is_done,
+                    ..kept.unwrap_or_else(|| wish.settings(truth))
+                };
+                let command = AccuracyCommand::Measure(Box::new(settings));
+                out.push(Command::Accuracy(command));
+            }
+        });
+        self.wish = (before != Some(wish)).then_some(wish);
+    }
+
+    /// The rungs: as a plot, by what a person has or wants, and the one that is looked at.
+    fn ladder_ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        ledger: &Ledger,
+        out: &mut Vec<Command>,
+    ) {
+        let rungs = &ledger.rungs;
+        if rungs.is_empty() {
+            return quiet_ui(ui, "The first rung is being trained and measured.");
+        }
+        self.chosen = self.chosen.filter(|&rung| rung < rungs.len());
+        let left = ledger
+            .planned
+            .saturating_sub(rungs.len() + ledger.failures.len());
+        let mut said = format!("{} rungs beside {}.", rungs.len(), ledger.compared_with);
+        if left > 0 {
+            said += &format!(" {left} are still to be measured.");
+        }
+        quiet_ui(ui, &said);
+        quiet_ui(ui, &ledger.machine.words());
+        for failure in &ledger.failures {
+            let text = format!("{} was left out: {}", failure.rung, failure.sentence);
+            ui.colored_label(theme::WARNING, text);
+        }
+        let mut asked = None;
+        ui.horizontal_wrapped(|ui| {
+            ui.label("I have");
+            let ms = DragValue::new(&mut self.within_ms)
+                .range(0.1..=1e5)
+                .speed(0.5)
+                .suffix(" ms");
+            let changed = ui
+                .add(ms)
+                .on_hover_text("Looks for the smallest error in this time for a frame")
+                .changed();
+            ui.label("a frame");
+            if changed || ui.button("Find").clicked() {
+                asked = Some(Pick::Within(self.within_ms));
+            }
+            ui.separator();
+            ui.label("I want at least");
+            let db = DragValue::new(&mut self.least_db)
+                .range(5.0..=80.0)
+                .speed(0.1)
+                .suffix(" dB");
+            let changed = ui
+                .add(db)
+                .on_hover_text("Looks for the fastest rung that comes this near to the truth")
+                .changed();
+            if changed || ui.button("Find the fastest").clicked() {
+                asked = Some(Pick::AtLeast(self.least_db));
+            }
+        });
+        if let Some(asked) = asked {
+            self.chosen = pick(rungs, asked);
+            if self.chosen.is_none() {
+                ui.colored_label(theme::WARNING, words::none(rungs, asked));
+            }
+        }
+        let on_front = front(rungs);
+        let height = (ui.available_height() * 0.5).clamp(*PLOT_HEIGHT.start(), *PLOT_HEIGHT.end());
+        let plot = plot::Ladder {
+            rungs,
+            on_front: &on_front,
+            chosen: self.chosen,
+            applied: ledger.applied.as_deref(),
+        };
+        if let Some(pressed) = plot.ui(ui, height) {
+            self.chosen = Some(pressed);
+        }
+        plot::legend_ui(ui, rungs);
+        ui.add_space(GAP);
+        let best = best(ledger);
+        let chosen = self.chosen.or(best);
+        if let Some(chosen) = chosen {
+            let rung = chosen::Chosen {
+                ledger,
+                rung: &rungs[chosen],
+                best: best.map(|best| &rungs[best]),
+            };
+            rung.ui(ui, context, out);
+        }
+    }
+}
+
+impl Wish {
+    /// What was chosen for a measurement.
+    fn of(ledger: &Ledger) -> Self {
+        let against = match ledger.settings.hold_out {
+            Some(pose) => Compared::Pose(pose),
+            None => Compared::Best,
+        };
+        Self {
+            budget: ledger.settings.budget,
+            against,
+        }
+    }
+
+    fn settings(self, truth: Option<PathBuf>) -> TradeoffSettings {
+        let (truth, hold_out) = match self.against {
+            Compared::Best => (truth, None),
+            Compared::Pose(pose) => (None, Some(pose)),
+        };
+        TradeoffSettings {
+            truth,
+            hold_out,
+            budget: self.budget,
+            ..TradeoffSettings::default()
+        }
+    }
+
+    fn ui(&mut self, ui: &mut Ui, project: &Project, has_truth: bool) {
+        let poses = &project.settings.shoot.poses;
+        let name = |pose: usize| format!("pose {}", poses.get(pose).map_or("", |name| name));
+        let best = match has_truth {
+            true => "the shoot's truth".to_owned(),
+            false => name(poses.len() / 2),
+        };
+        let text = match self.against {
+            Compared::Best => best.clone(),
+            Compared::Pose(pose) => name(pose),
+        };
+        let label = ui.label("Compare with");
+        let list = ComboBox::from_id_salt("compared").selected_text(text);
+        let list = list.show_ui(ui, |ui| {
+            ui.selectable_value(&mut self.against, Compared::Best, best);
+            for pose in 0..poses.len() {
+                ui.selectable_value(&mut self.against, Compared::Pose(pose), name(pose));
+            }
+        });
+        list.response.labelled_by(label.id).on_hover_text(
+            "A pose that is compared with is kept out of training, so that no network has seen it",
+        );
+        let label = ui.label("Training");
+        let minutes = DragValue::new(&mut self.budget)
+            .range(1.0..=1440.0)
+            .speed(1.0)
+            .suffix(" min");
+        ui.add(minutes).labelled_by(label.id).on_hover_text(
+            "Shared out among all networks. More minutes train each of them for longer.",
+        );
+    }
+}
+
+/// The rung with the smallest error.
+fn best(ledger: &Ledger) -> Option<usize> {
+    pick(&ledger.rungs, Pick::Within(f64::INFINITY))
+}
+
+/// Why there is nothing yet.
+fn nothing_ui(ui: &mut Ui) {
+    ui.label("Not measured yet.");
+    quiet_ui(
+        ui,
+        "Measuring trains networks of several shapes and lengths on your own footage, and says for each how long a frame takes \
+         on this machine and how near it comes to the truth. Then choose the one that fits your time.",
+    );
+}
+
+fn quiet_ui(ui: &mut Ui, sentence: &str) {
+    ui.label(RichText::new(sentence).color(theme::QUIET));
+}

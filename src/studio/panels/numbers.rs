@@ -1,0 +1,115 @@
+//! Numbers that are dragged, typed or computed, and the bar behind a number that has a range.
+
+use egui::{Color32, CornerRadius, DragValue, Rect, Response, Shape, Ui};
+use std::ops::RangeInclusive;
+
+/// A field for a number that also computes: "+10" adds to it, "/2" halves it, "90-12" is 78.
+pub fn computing(value: &mut f32) -> DragValue<'_> {
+    let now = f64::from(*value);
+    DragValue::new(value)
+        // "/2" would halve at every frame otherwise.
+        .update_while_editing(false)
+        .custom_parser(move |text| computed(text, now))
+}
+
+/// The number that a text stands for where the number is `now`; None if it stands for none.
+fn computed(text: &str, now: f64) -> Option<f64> {
+    let plain: String = text.trim().replace('−', "-").replace(',', ".");
+    let (first, rest) = match plain.starts_with(['+', '*', '/']) {
+        true => (now, plain.as_str()),
+        false => number(&plain)?,
+    };
+    let Some(sign) = rest.chars().next().filter(|sign| "+-*/".contains(*sign)) else {
+        return rest.is_empty().then_some(first);
+    };
+    let (second, rest) = number(&rest[1..])?;
+    let result = match sign {
+        '+' => first + second,
+        '-' => first - second,
+        '*' => first * second,
+        _ => first / second,
+    };
+    (rest.is_empty() && result.is_finite()).then_some(result)
+}
+
+/// The number that a text begins with, and what follows behind spaces and a unit.
+fn number(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim_start();
+    let is_part =
+        |(place, c): &(usize, char)| c.is_ascii_digit() || *c == '.' || (*place == 0 && *c == '-');
+    let end = (text.char_indices().find(|part| !is_part(part))).map_or(text.len(), |(end, _)| end);
+    let value: f64 = text[..end].parse().ok()?;
+    let rest = text[end..].trim_start_matches(|c: char| !"+-*/".contains(c) && !c.is_ascii_digit());
+    Some((value, rest))
+}
+
+/// Draws a number with the bar behind it: from 0, or from the range's start, to `value`.
+pub fn over_bar(
+    ui: &mut Ui,
+    range: &RangeInclusive<f32>,
+    value: f32,
+    draw: impl FnOnce(&mut Ui) -> Response,
+) -> Response {
+    let painter = ui.painter().clone();
+    let behind = painter.add(Shape::Noop);
+    let response = ui
+        .scope(|ui| {
+            let widgets = &mut ui.visuals_mut().widgets;
+            for widget in [
+                &mut widgets.inactive,
+                &mut widgets.hovered,
+                &mut widgets.active,
+            ] {
+                widget.weak_bg_fill = Color32::TRANSPARENT;
+            }
+            draw(ui)
+        })
+        .inner;
+    let (least, most) = (*range.start(), *range.end());
+    let rect = response.rect;
+    let x = |value: f32| {
+        let share = (value - least) / (most - least).max(f32::MIN_POSITIVE);
+        rect.left() + share.clamp(0.0, 1.0) * rect.width()
+    };
+    let (from, to) = (x(0.0f32.clamp(least, most)), x(value));
+    let bar = Rect::from_x_y_ranges(from.min(to)..=from.max(to), rect.y_range());
+    let corner = CornerRadius::same(3);
+    painter.set(
+        behind,
+        Shape::Vec(vec![
+            Shape::rect_filled(rect, corner, Color32::from_gray(54)),
+            Shape::rect_filled(bar, corner, Color32::from_gray(86)),
+        ]),
+    );
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_typed_changed_and_computed() {
+        for (text, value) in [
+            ("12", Some(12.0)),
+            (" -3.5 ", Some(-3.5)),
+            ("−3,5°", Some(-3.5)),
+            ("0.50 stops", Some(0.5)),
+            ("+10", Some(50.0)),
+            ("*1.5", Some(60.0)),
+            ("/2", Some(20.0)),
+            ("/ 2", Some(20.0)),
+            ("90-12", Some(78.0)),
+            ("90° - 12", Some(78.0)),
+            ("-10*-2", Some(20.0)),
+            ("10/4", Some(2.5)),
+            ("/0", None),
+            ("", None),
+            ("abc", None),
+            ("1 2", None),
+            ("1+2+3", None),
+        ] {
+            assert_eq!(computed(text, 40.0), value, "{text:?}");
+        }
+    }
+}

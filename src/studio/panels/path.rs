@@ -1,0 +1,235 @@
+//! A path that is typed, beside the system's file dialog or in its place.
+
+use crate::command::{Command, WindowCommand};
+use crate::state::{PathEntry, Wanted};
+use crate::theme::{self, GAP};
+use crate::wizard::typed;
+use base::error::Result;
+use egui::text::{CCursor, CCursorRange};
+use egui::{
+    Button, Frame, Id, Key, Modal, Role, ScrollArea, TextEdit, Ui, WidgetInfo,
+    text_edit::TextEditState,
+};
+use std::path::Path;
+use worker::Lookup;
+
+/// Names that are offered at most.
+const MOST: usize = 200;
+
+/// A question about a folder: what has been typed, and whether files count too.
+#[derive(Clone, Debug, PartialEq)]
+struct Begun {
+    text: String,
+    files: bool,
+}
+
+/// The field, and what could follow.
+#[derive(Default)]
+pub struct PathPanel {
+    text: String,
+    /// What the text was begun with: another dialog begins another.
+    of: Option<PathEntry>,
+    lookup: Option<Lookup<Begun, Vec<String>>>,
+    asked: Option<Begun>,
+    found: Vec<String>,
+}
+
+impl PathPanel {
+    pub fn ui(&mut self, ui: &Ui, entry: &PathEntry, out: &mut Vec<Command>) {
+        let same = |of: &PathEntry| (of.dialog, &of.begun) == (entry.dialog, &entry.begun);
+        if !self.of.as_ref().is_some_and(same) {
+            (self.text, self.of) = (entry.begun.clone(), Some(entry.clone()));
+        }
+        self.ask(ui.ctx(), entry.wanted != Wanted::Folder);
+        let frame = Frame::window(ui.style()).inner_margin(1.5 * GAP);
+        let modal = Modal::new(Id::unique("path")).frame(frame);
+        let shown = modal.show(ui.ctx(), |ui| {
+            ui.set_width(520.0);
+            ui.strong(entry.title);
+            match &entry.missing {
+                Some(why) => {
+                    ui.colored_label(theme::WARNING, why);
+                    ui.label("Type a path, or drop it onto the window.");
+                }
+                None => {
+                    ui.label("Choose it in the system's dialog, type a path, or drop it here.");
+                }
+            }
+            ui.add_space(GAP);
+            self.field_ui(ui, entry)
+        });
+        let dismissed = shown.should_close();
+        let (path, closed) = shown.inner;
+        if let Some(path) = path {
+            self.of = None;
+            out.push(Command::Chosen(entry.dialog, vec![path]));
+        } else if closed || dismissed {
+            self.of = None;
+            out.push(Command::Window(WindowCommand::ClosePath));
+        }
+    }
+
+    /// The field and its buttons. Returns the path if it was chosen, and whether the entry was given up.
+    fn field_ui(&mut self, ui: &mut Ui, entry: &PathEntry) -> (Option<std::path::PathBuf>, bool) {
+        let id = Id::unique("typed path");
+        let complete = ui.memory(|memory| memory.has_focus(id))
+            && ui.input(|input| input.key_pressed(Key::Tab));
+        if complete {
+            self.text = completed(&self.text, &self.found);
+            to_the_end(ui, id, &self.text);
+        }
+        let field = TextEdit::singleline(&mut self.text)
+            .id(id)
+            .hint_text("/path/to/it, or ~/…; Tab completes")
+            .lock_focus(true)
+            .desired_width(f32::INFINITY);
+        let response = ui.add(field);
+        response.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "Path"));
+        let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+        if ui.memory(|memory| memory.focused().is_none()) {
+            response.request_focus();
+        }
+        ScrollArea::vertical()
+            .max_height(160.0)
+            .min_scrolled_height(160.0)
+            .auto_shrink(false)
+            .show(ui, |ui| {
+                for name in &self.found {
+                    if ui.selectable_label(false, name).clicked() {
+                        self.text = format!("{}{name}", folder_of(&self.text));
+                        to_the_end(ui, id, &self.text);
+                        ui.memory_mut(|memory| memory.request_focus(id));
+                        break;
+                    }
+                }
+            });
+        let path = typed(&self.text);
+        let does = match entry.wanted {
+            Wanted::Folder | Wanted::Files => "Use this path",
+            Wanted::NewFile => "Write here",
+        };
+        ui.horizontal(|ui| {
+            let use_it = Button::new(does).fill(theme::PRIMARY);
+            let used = ui.add_enabled(path.is_some(), use_it).clicked() || entered;
+            let closed = ui.button("Cancel").clicked();
+            (path.filter(|_| used), closed)
+        })
+        .inner
+    }
+
+    /// Has the folder read that is being typed.
+    fn ask(&mut self, ctx: &egui::Context, files: bool) {
+        let begun = Begun {
+            text: self.text.clone(),
+            files,
+        };
+        let lookup = self.lookup.get_or_insert_with(|| {
+            let ctx = ctx.clone();
+            Lookup::start(move || ctx.request_repaint(), names)
+        });
+        for (question, found) in lookup.answers() {
+            if question == begun {
+                // A folder that cannot be read has nothing to offer.
+                self.found = found.unwrap_or_default();
+            }
+        }
+        if self.asked.as_ref() != Some(&begun) {
+            self.found.clear();
+            lookup.ask(begun.clone());
+            self.asked = Some(begun);
+        }
+    }
+}
+
+/// Brings the cursor behind what has been typed.
+fn to_the_end(ui: &Ui, id: Id, text: &str) {
+    let mut state = TextEditState::load(ui.ctx(), id).unwrap_or_default();
+    let end = CCursorRange::one(CCursor::new(text.chars().count()));
+    state.cursor.set_char_range(Some(end));
+    state.store(ui.ctx(), id);
+}
+
+/// What has been typed up to the last folder, with its slash.
+fn folder_of(text: &str) -> &str {
+    text.rfind(std::path::is_separator)
+        .map_or("", |slash| &text[..=slash])
+}
+
+/// The names in the typed folder that begin as typed, folders with a slash, in order.
+fn names(begun: &Begun) -> Result<Vec<String>> {
+    let folder = folder_of(&begun.text);
+    let part = &begun.text[folder.len()..];
+    let Some(place) = typed(folder).filter(|place| place.is_absolute()) else {
+        return Ok(Vec::new());
+    };
+    let Ok(entries) = std::fs::read_dir(&place) else {
+        return Ok(Vec::new());
+    };
+    let mut found: Vec<String> = entries
+        .flatten()
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .filter(|name| name.starts_with(part) && (part.starts_with('.') || !name.starts_with('.')))
+        .collect();
+    found.sort();
+    let mut shown = Vec::new();
+    for name in found {
+        match Path::new(&place).join(&name).is_dir() {
+            true => shown.push(name + "/"),
+            false if begun.files => shown.push(name),
+            false => {}
+        }
+        if shown.len() == MOST {
+            break;
+        }
+    }
+    Ok(shown)
+}
+
+/// The text with what all names have in common.
+fn completed(text: &str, names: &[String]) -> String {
+    let Some(first) = names.first() else {
+        return text.to_owned();
+    };
+    let common = names.iter().skip(1).fold(first.as_str(), |common, name| {
+        let same = common.chars().zip(name.chars()).take_while(|(a, b)| a == b);
+        let length: usize = same.map(|(a, _)| a.len_utf8()).sum();
+        &common[..length]
+    });
+    format!("{}{common}", folder_of(text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_is_completed_as_far_as_it_is_clear() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["shoot one", "shoot two", ".hidden"] {
+            std::fs::create_dir(folder.path().join(name)).unwrap();
+        }
+        std::fs::write(folder.path().join("sky.exr"), "").unwrap();
+        let typed = |end: &str| format!("{}/{end}", folder.path().display());
+        let found = |end: &str, files| {
+            names(&Begun {
+                text: typed(end),
+                files,
+            })
+            .unwrap()
+        };
+        assert_eq!(found("", true), ["shoot one/", "shoot two/", "sky.exr"]);
+        assert_eq!(found("s", false), ["shoot one/", "shoot two/"]);
+        assert_eq!(found(".", false), [".hidden/"]);
+        assert_eq!(completed(&typed("s"), &found("s", false)), typed("shoot "));
+        let clear = completed(&typed("shoot t"), &found("shoot t", false));
+        assert_eq!(clear, typed("shoot two/"));
+        assert_eq!(completed(&typed("no"), &found("no", true)), typed("no"));
+        assert!(found("no/such/", true).is_empty());
+        let relative = Begun {
+            text: "no".to_owned(),
+            files: true,
+        };
+        assert!(names(&relative).unwrap().is_empty());
+        assert_eq!(completed("ä", &["äö".to_owned(), "äü".to_owned()]), "ä");
+    }
+}

@@ -1,0 +1,148 @@
+//! Which frames can be trusted without a truth, and which poses are missing.
+
+use crate::command::{Command, ReviewCommand, ViewCommand};
+use crate::panel_context::PanelContext;
+use crate::theme;
+use confidence::{ConfidenceReport, FrameConfidence};
+use egui::{Button, RichText, Ui};
+
+/// Length of the list of frames.
+const WORST: usize = 8;
+/// Minutes of training for each pose that is left out.
+const MINUTES_A_POSE: f64 = 2.0;
+
+/// What is known, and the button that finds it out.
+pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let Some(Ok(kept)) = &context.review.saved else {
+        return;
+    };
+    ui.label(RichText::new("Frames without a truth").color(theme::QUIET));
+    match &kept.confidence {
+        Err(sentence) => {
+            ui.colored_label(theme::WARNING, sentence);
+        }
+        Ok(None) => {
+            ui.label(
+                RichText::new("Find out which frames are unlike every pose that was photographed.")
+                    .color(theme::QUIET),
+            );
+        }
+        Ok(Some((report, fits))) => {
+            if !fits {
+                ui.colored_label(
+                    theme::WARNING,
+                    "This was found out for another network. Look again.",
+                );
+            }
+            report_ui(ui, context, report, out);
+        }
+    }
+    let able = context.status.job.is_none() && context.is_live();
+    let why = match context.status.job.is_none() {
+        true => "Train the network first.",
+        false => "Wait until the running job ends.",
+    };
+    let mut button = |ui: &mut Ui, text: &str, hint: &str, minutes: Option<f64>| {
+        let response = ui.add_enabled(able, Button::new(text));
+        if response
+            .on_hover_text(hint)
+            .on_disabled_hover_text(why)
+            .clicked()
+        {
+            out.push(Command::Review(ReviewCommand::Trust(minutes)));
+        }
+    };
+    let poses = context
+        .project
+        .map_or(0, |project| project.settings.shoot.poses.len());
+    let minutes = MINUTES_A_POSE * poses as f64;
+    ui.horizontal_wrapped(|ui| {
+        button(
+            ui,
+            "Compare frames with poses",
+            "Asks the network how far each frame is from the poses it learnt from; takes seconds to minutes",
+            None,
+        );
+        button(
+            ui,
+            &format!("Estimate errors, {minutes:.0} min"),
+            "Also trains a network without each pose and compares it with that pose's photographs: says how large errors \
+             are, where in each frame, and under which lamps",
+            Some(minutes),
+        );
+    });
+}
+
+fn report_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    report: &ConfidenceReport,
+    out: &mut Vec<Command>,
+) {
+    let unlike = report.unlike();
+    let share = format!("{} of {} frames", unlike.len(), report.frames.len());
+    match unlike.is_empty() {
+        true => ui.label("No frame is farther from the poses than they are from each other."),
+        false => ui.label(format!(
+            "{share} are farther from every pose than poses are from each other. The timeline marks them."
+        )),
+    };
+    let mut over = context.state.doubts;
+    if ui
+        .checkbox(&mut over, "Show over the picture where errors are expected")
+        .on_hover_text("Key: D")
+        .changed()
+    {
+        out.push(Command::View(ViewCommand::ToggleDoubts));
+    }
+    let mut frame_ui = |ui: &mut Ui, text: String, frame: usize| {
+        let shown = context.state.frame == frame;
+        if ui.selectable_label(shown, text).clicked() {
+            out.push(Command::View(ViewCommand::Frame(frame)));
+        }
+    };
+    for frame in unlike.into_iter().take(WORST) {
+        frame_ui(ui, words(report, frame), frame.frame);
+    }
+    let worst = report.worst_olats();
+    if !worst.is_empty() {
+        ui.label("Largest expected errors, the worst lamp of each frame:");
+    }
+    let lamps = context.project.map(|project| &project.settings.shoot.lamps);
+    for (frame, lamp, decibels) in worst.into_iter().take(WORST) {
+        let name = lamps.and_then(|lamps| lamps.get(lamp));
+        let name = name.map_or_else(|| format!("lamp {lamp}"), Clone::clone);
+        let shown = context.state.frame == frame.frame && context.state.solo == [lamp];
+        let text = format!("Frame {}, {name}: {decibels:.1} dB", frame.frame);
+        if ui.selectable_label(shown, text).clicked() {
+            out.push(Command::View(ViewCommand::Frame(frame.frame)));
+            out.push(Command::View(ViewCommand::Solo(Some(lamp))));
+        }
+    }
+    let mut frame_ui = |ui: &mut Ui, text: String, frame: usize| {
+        let shown = context.state.frame == frame;
+        if ui.selectable_label(shown, text).clicked() {
+            out.push(Command::View(ViewCommand::Frame(frame)));
+        }
+    };
+    if !report.missing.is_empty() {
+        ui.label("Photograph the person as in these frames next:");
+        ui.horizontal_wrapped(|ui| {
+            for &frame in &report.missing {
+                frame_ui(ui, format!("Frame {frame}"), frame);
+            }
+        });
+    }
+}
+
+/// How far a frame can be trusted.
+fn words(report: &ConfidenceReport, frame: &FrameConfidence) -> String {
+    let times = frame.distance / report.far;
+    let expected = frame.expected.map_or(String::new(), |expected| {
+        format!(
+            ", {:.1} dB ({:.1} at least)",
+            expected.psnr_db, expected.at_least_db
+        )
+    });
+    format!("Frame {}: {times:.1} × as far{expected}", frame.frame)
+}

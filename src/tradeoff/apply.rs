@@ -1,0 +1,101 @@
+//! A rung taken over into the project: its network, and what it changes about size and lamps.
+
+use super::judge::Against;
+use super::ladder::{Rung, Show};
+use super::ledger::Ledger;
+use super::run::{mark, run_folder, variant};
+use base::error::{Error, Result};
+use base::files::{self, write_beside};
+use base::progress::Progress;
+use project::Project;
+use reflectance::checkpoint;
+use serde::Serialize;
+use std::path::PathBuf;
+use training::checkpoints;
+
+/// What was taken over.
+#[derive(Clone, Debug, Serialize)]
+pub struct Applied {
+    pub rung: String,
+    /// How its predictions are to be kept and lit.
+    pub show: Show,
+    /// Where the project's calibration and network are now, if they were for another size or other lamps. A network of the
+    /// same shape is set aside among the checkpoints.
+    pub aside: Option<PathBuf>,
+}
+
+impl Applied {
+    /// A sentence about it.
+    pub fn sentence(&self) -> String {
+        let aside = match &self.aside {
+            Some(aside) => format!(
+                "; the calibration and network that were there are in {}",
+                aside.display()
+            ),
+            None => "; the network that was there is among the saved checkpoints".to_owned(),
+        };
+        format!("The project uses the rung {} now{aside}", self.rung)
+    }
+}
+
+/// Makes the project use the network of the rung `name`, with the lowest seed that it was measured with. What was there is
+/// set aside. If the process is killed meanwhile, one of the two networks is there, whole.
+///
+/// # Errors
+/// When no such rung was measured, the project is no longer the one that was measured, or files cannot be written.
+pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Applied> {
+    let Some(mut ledger) = Ledger::load(project)? else {
+        return Err(Error::missing(
+            "nothing has been measured in this project yet",
+            "Measure first: afterlight tradeoff PROJECT",
+        ));
+    };
+    ledger.check_basis(project)?;
+    let named = ledger.rungs.iter().filter(|m| m.rung.name == name);
+    let Some(found) = named.min_by_key(|m| m.seed).cloned() else {
+        let names: Vec<&str> = ledger.rungs.iter().map(|m| m.rung.name.as_str()).collect();
+        return Err(Error::missing(
+            format!("no rung is called {name}; there are {}", names.join(", ")),
+            "Give one of these names",
+        ));
+    };
+    let Rung {
+        network,
+        show,
+        minutes,
+        ..
+    } = &found.rung;
+    let from = mark(project, network, *minutes, found.seed);
+    // Refused before anything is changed.
+    checkpoint::info(&from)?;
+    let base = ledger.base.project(project);
+    let (variant, calibration) = variant(&base, project, network, found.seed, progress)?;
+    let aside = Project::change(&project.root, |kept| kept.reshape(&variant))?;
+    let project = Project::open(&project.root)?;
+    if !project.calibration_path().exists() {
+        calibration.save(&project)?;
+    }
+    checkpoints::set_aside(&project)?;
+    checkpoint::link(&from, &project.checkpoint_path())?;
+    for log in ["training.csv", "held_out.csv"] {
+        let from = run_folder(&project, network, found.seed).join(log);
+        if from.exists() {
+            write_beside(&project.result_path(log), |out| {
+                std::io::copy(&mut files::open(&from)?, out).map(drop)
+            })?;
+        }
+    }
+    ledger.applied = Some(name.to_owned());
+    ledger.save(&project)?;
+    if let Against::Pose(pose) = ledger.against {
+        progress.say(format!(
+            "Its network has not learned pose {}. To use that too, train on",
+            project.settings.shoot.poses[pose]
+        ));
+    }
+    Ok(Applied {
+        rung: name.to_owned(),
+        show: show.clone(),
+        aside,
+    })
+}

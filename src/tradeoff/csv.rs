@@ -1,0 +1,70 @@
+//! The ladder as a table for other programs.
+
+use super::front::front;
+use super::ledger::Ledger;
+
+const COLUMNS: &str = "rung,knob,seed,on_front,ms_median,ms_p10,ms_p90,ms_predicted,predict_ms,ms_as_timed,base_ms_in_turn,memory_bytes,\
+disk_bytes,training_seconds,training_minutes_asked,steps,psnr_db,ssim,flip,lpips,olat_psnr_db,flicker_percent,changes_db,\
+size,lamps,width,most_channels,depth,lamps_per_step,precision,against,device,processor,threads,system,version";
+
+/// A line for each rung, with machine, version, seed and settings. Unknown figures are empty.
+pub fn csv(ledger: &Ledger) -> String {
+    let mut text = format!("{COLUMNS}\n");
+    let known = |value: Option<f64>, digits: usize| {
+        value.map_or(String::new(), |value| format!("{value:.digits$}"))
+    };
+    for (measured, on_front) in ledger.rungs.iter().zip(front(&ledger.rungs)) {
+        let (rung, config) = (&measured.rung, &measured.rung.network.config);
+        let count = |value: Option<usize>| value.map_or(String::new(), |value| value.to_string());
+        let fields = [
+            quoted(&rung.name),
+            rung.knob.map_or(String::new(), super::Knob::name),
+            measured.seed.to_string(),
+            u8::from(on_front).to_string(),
+            format!("{:.3}", measured.frame.median),
+            format!("{:.3}", measured.frame.low),
+            format!("{:.3}", measured.frame.high),
+            known(measured.predicted.map(|cost| cost.frame_ms), 3),
+            format!("{:.3}", measured.predict_ms),
+            format!("{:.3}", measured.timed.median),
+            format!("{:.3}", measured.base_ms),
+            measured.cost.memory_bytes.to_string(),
+            measured.cost.disk_bytes.to_string(),
+            format!("{:.1}", measured.training_seconds),
+            format!("{:.3}", rung.minutes),
+            measured.steps.to_string(),
+            format!("{:.4}", measured.fidelity.psnr_db),
+            format!("{:.5}", measured.fidelity.ssim),
+            format!("{:.5}", measured.fidelity.flip),
+            known(measured.fidelity.lpips, 5),
+            known(measured.olat_psnr_db, 4),
+            known(measured.flicker, 4),
+            known(measured.changes_db, 3),
+            rung.network.size.to_string(),
+            rung.network.lamps.to_string(),
+            config.width.to_string(),
+            config.most_channels.to_string(),
+            count(config.depth),
+            count(config.lamps_per_step),
+            format!("{:?}", config.precision).to_lowercase(),
+            quoted(&ledger.compared_with),
+            quoted(&measured.device),
+            quoted(&ledger.machine.processor),
+            ledger.machine.threads.to_string(),
+            quoted(&ledger.machine.system),
+            quoted(&ledger.machine.version),
+        ];
+        text += &fields.join(",");
+        text.push('\n');
+    }
+    text
+}
+
+/// A field as RFC 4180 has it.
+fn quoted(text: &str) -> String {
+    if text.contains(['"', ',', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}

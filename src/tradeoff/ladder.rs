@@ -1,0 +1,478 @@
+//! The rungs: which there are, and in which order they are measured.
+
+use base::error::{Error, Result};
+use clap::ValueEnum;
+use compositor::Storage;
+use footage::PictureSize;
+use gpu::DeviceChoice;
+use light::weights::Weighting;
+use reflectance::Precision;
+use scene::{Effects, Pass, STRENGTHS};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use training::{Preset, StartsFrom, TrainingConfig};
+
+/// What to measure, and against what.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
+pub struct TradeoffSettings {
+    /// Compare with the truth in this folder, which has truth.json and truth/.
+    #[arg(long, value_name = "DIR", conflicts_with = "hold_out")]
+    pub truth: Option<PathBuf>,
+    /// Compare with this pose, from 0, which no network is trained on [default: the middle one, if there is no truth].
+    #[arg(long, value_name = "POSE")]
+    pub hold_out: Option<usize>,
+    /// Minutes of training for all networks together. The measuring itself takes some seconds a rung more.
+    #[arg(long, value_name = "MINUTES", default_value_t = 60.0, value_parser = minutes)]
+    pub budget: f64,
+    /// Turn these knobs alone [default: all].
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "KNOB")]
+    pub knobs: Vec<Knob>,
+    /// Train and measure each rung with so many seeds, 1 to 20; the budget is shared among them. All rungs come with the
+    /// first, then the base and its lengths of training with the others, then the rest.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=20))]
+    pub seeds: u64,
+    /// What the pictures show that are compared, at the plate's resolution: the whole plate, or the square that the network
+    /// sees (box).
+    #[arg(long, value_enum, default_value_t)]
+    pub at: PictureSize,
+    /// Also train with the features of the network in this file.
+    #[arg(long, value_name = "FILE")]
+    pub features: Option<PathBuf>,
+    /// Also measure LPIPS, with the weights in this file: SqueezeNet 1.1 and lpips.lin0 to lpips.lin6.
+    #[arg(long, value_name = "FILE")]
+    pub lpips: Option<PathBuf>,
+    /// Set aside what was measured before, and begin again.
+    #[arg(long)]
+    #[serde(skip)]
+    pub fresh: bool,
+    /// Where the network runs.
+    #[arg(long, value_enum, default_value_t)]
+    #[serde(skip)]
+    pub device: DeviceChoice,
+}
+
+impl Default for TradeoffSettings {
+    fn default() -> Self {
+        Self {
+            truth: None,
+            hold_out: None,
+            budget: 60.0,
+            knobs: Vec::new(),
+            seeds: 1,
+            at: PictureSize::Plate,
+            features: None,
+            lpips: None,
+            fresh: false,
+            device: DeviceChoice::default(),
+        }
+    }
+}
+
+/// A budget in minutes: 0.05 to 100,000.
+fn minutes(text: &str) -> std::result::Result<f64, String> {
+    base::numbers::within(0.05f64..=1e5)(text)
+}
+
+/// What a rung changes.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ValueEnum,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Knob {
+    /// How long the network is trained.
+    Minutes,
+    /// The size that the network sees; light is brought to the plate's size from there.
+    Size,
+    /// Channels of the network.
+    Width,
+    /// Blocks of the network.
+    Depth,
+    /// Lamps that a step of training compares.
+    LampsPerStep,
+    /// What pictures are compared by in training.
+    Features,
+    /// How much relit pictures count in training, beside OLATs.
+    Rendering,
+    /// How much light that changes with small movements counts in training.
+    Steadiness,
+    /// What training starts from.
+    Start,
+    /// How exactly the network multiplies.
+    Precision,
+    /// Lamps that the network predicts.
+    Lamps,
+    /// How predicted OLATs are kept.
+    Field,
+    /// How an environment is given to the lamps.
+    Weights,
+    /// Texels of the environment that the light is taken from.
+    Environment,
+    /// Each effect at half of its largest strength.
+    Effects,
+    /// What paid by itself, together.
+    Together,
+}
+
+impl Knob {
+    /// Its name on the command line and in files.
+    pub fn name(self) -> String {
+        let value = self.to_possible_value();
+        value.map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// What a person reads.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Minutes => "Training time",
+            Self::Size => "Working size",
+            Self::Width => "Network width",
+            Self::Depth => "Network depth",
+            Self::LampsPerStep => "Lamps per step",
+            Self::Features => "Training features",
+            Self::Rendering => "Rendering loss",
+            Self::Steadiness => "Steadiness",
+            Self::Start => "Training start",
+            Self::Precision => "Precision",
+            Self::Lamps => "Lamps",
+            Self::Field => "OLAT storage",
+            Self::Weights => "Weights",
+            Self::Environment => "Environment size",
+            Self::Effects => "Effects",
+            Self::Together => "Together",
+        }
+    }
+
+    /// Whether it asks for a network of its own.
+    pub fn trains(self) -> bool {
+        !matches!(
+            self,
+            Self::Field | Self::Weights | Self::Environment | Self::Effects
+        )
+    }
+}
+
+/// A network that is trained.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Network {
+    /// Names its folder.
+    pub name: String,
+    /// The size that it sees, in pixels.
+    pub size: usize,
+    /// Lamps that it predicts.
+    pub lamps: usize,
+    pub config: TrainingConfig,
+}
+
+/// How predictions are kept and lit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Show {
+    pub storage: Storage,
+    /// So many principal components over the lamps, in place of `storage`.
+    pub components: Option<usize>,
+    pub weighting: Weighting,
+    /// Columns that the environment is averaged down to before it is used.
+    pub environment_columns: Option<usize>,
+    pub effects: Effects,
+}
+
+/// One way to go.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rung {
+    /// What it changes, such as `size=64`; `base` changes nothing.
+    pub name: String,
+    /// None of the base.
+    pub knob: Option<Knob>,
+    pub network: Network,
+    /// How long its network is trained.
+    pub minutes: f64,
+    pub show: Show,
+}
+
+/// The name of the rung that all others are compared with.
+pub const BASE: &str = "base";
+
+/// What the rungs of a project depend on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facts {
+    /// The project's working size in pixels.
+    pub size: usize,
+    /// Rows of the square that the network sees, in the smaller of the plate's and the exemplars' pixels.
+    pub source: usize,
+    /// Lamps of the project.
+    pub lamps: usize,
+    /// Poses to train with.
+    pub poses: usize,
+    /// Whether the weights' kinds can be told apart: only a truth can.
+    pub has_truth: bool,
+    /// Columns of the largest environment.
+    pub environment_columns: usize,
+    /// Precisions that differ from the base's on the device.
+    pub precisions: Vec<Precision>,
+}
+
+/// A smaller working size is of no use.
+const LEAST_SIZE: usize = 16;
+/// Shares of the base's time that are rungs too: shorter runs of their own, and longer ones that go on from the base.
+const SHORTER: [f64; 2] = [0.25, 0.5];
+const LONGER: [f64; 2] = [2.0, 4.0];
+/// Networks that are trained with what paid.
+const TOGETHER: usize = 2;
+
+/// The rungs before it is known what pays, in the order in which they are measured: what needs no training first.
+pub fn rungs(facts: &Facts, settings: &TradeoffSettings) -> Vec<Rung> {
+    // Minutes are shared out once it is known how many networks there are.
+    let mut all = with_minutes(facts, settings, 1.0);
+    let units: f64 = {
+        let mut trained: Vec<(&str, f64)> = Vec::new();
+        for rung in &all {
+            match trained
+                .iter_mut()
+                .find(|(name, _)| *name == rung.network.name)
+            {
+                Some((_, minutes)) => *minutes = minutes.max(rung.minutes),
+                None => trained.push((&rung.network.name, rung.minutes)),
+            }
+        }
+        let together = if asks(settings, Knob::Together) {
+            TOGETHER
+        } else {
+            0
+        };
+        trained.iter().map(|(_, minutes)| minutes).sum::<f64>() + together as f64
+    };
+    let unit = settings.budget / (units * settings.seeds as f64);
+    all.iter_mut().for_each(|rung| rung.minutes *= unit);
+    all
+}
+
+fn asks(settings: &TradeoffSettings, knob: Knob) -> bool {
+    settings.knobs.is_empty() || settings.knobs.contains(&knob)
+}
+
+/// How the base is trained, but for its minutes.
+pub(crate) fn base_config() -> TrainingConfig {
+    TrainingConfig {
+        minutes: None,
+        ..Preset::Quick.config()
+    }
+}
+
+/// The rungs, with `unit` minutes of training for the base.
+fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Rung> {
+    let config = base_config();
+    let base = Rung {
+        name: BASE.to_owned(),
+        knob: None,
+        network: Network {
+            name: BASE.to_owned(),
+            size: facts.size,
+            lamps: facts.lamps,
+            config,
+        },
+        minutes: unit,
+        show: Show::default(),
+    };
+    let mut all = vec![base.clone()];
+    let mut turn = |knob: Knob, value: String, change: &dyn Fn(&mut Rung)| {
+        if !asks(settings, knob) {
+            return;
+        }
+        let mut rung = base.clone();
+        change(&mut rung);
+        rung.name = format!("{}={value}", knob.name());
+        rung.knob = Some(knob);
+        let is_another = rung.network != base.network || SHORTER.contains(&(rung.minutes / unit));
+        if is_another {
+            rung.network.name.clone_from(&rung.name);
+        }
+        // A knob that already stands there is no rung.
+        if is_another || rung.show != base.show || rung.minutes != base.minutes {
+            all.push(rung);
+        }
+    };
+    for storage in [Storage::F32, Storage::F16] {
+        let value = storage.to_possible_value().map(|v| v.get_name().to_owned());
+        turn(Knob::Field, value.unwrap_or_default(), &|rung| {
+            rung.show.storage = storage;
+        });
+    }
+    for components in [4, 8, 16, 32].into_iter().filter(|&k| k < 3 * facts.lamps) {
+        turn(Knob::Field, format!("{components}-components"), &|rung| {
+            rung.show.components = Some(components);
+        });
+    }
+    if facts.has_truth {
+        for &weighting in Weighting::value_variants() {
+            let value = weighting
+                .to_possible_value()
+                .map(|v| v.get_name().to_owned());
+            turn(Knob::Weights, value.unwrap_or_default(), &|rung| {
+                rung.show.weighting = weighting;
+            });
+        }
+    }
+    let columns = [512, 128, 32].into_iter();
+    for columns in columns.filter(|&columns| columns < facts.environment_columns) {
+        turn(Knob::Environment, columns.to_string(), &|rung| {
+            rung.show.environment_columns = Some(columns);
+        });
+    }
+    for strength in STRENGTHS.iter().filter(|s| s.pass != Pass::Smoothing) {
+        turn(
+            Knob::Effects,
+            strength.pass.name().replace('_', "-"),
+            &|rung| {
+                *(strength.of)(&mut rung.show.effects) = 0.5 * strength.most;
+            },
+        );
+    }
+    for share in SHORTER {
+        turn(Knob::Minutes, format!("{share}x"), &|rung| {
+            rung.minutes *= share
+        });
+    }
+    let most = facts.source.max(facts.size);
+    let mut sizes = vec![64, 128, 256, 512, facts.size / 2, 2 * facts.size];
+    sizes.sort_unstable();
+    sizes.dedup();
+    for size in sizes
+        .into_iter()
+        .filter(|&size| (LEAST_SIZE..=most).contains(&size))
+    {
+        turn(Knob::Size, size.to_string(), &|rung| {
+            rung.network.size = size
+        });
+    }
+    for (width, most) in [(8, 32), (24, 96), (32, 256)] {
+        turn(Knob::Width, width.to_string(), &|rung| {
+            rung.network.config.width = width;
+            rung.network.config.most_channels = most;
+        });
+    }
+    let blocks = facts.size.ilog2() as usize + 1;
+    for depth in [4, 6].into_iter().filter(|&depth| depth < blocks) {
+        turn(Knob::Depth, depth.to_string(), &|rung| {
+            rung.network.config.depth = Some(depth);
+        });
+    }
+    for lamps in [8].into_iter().filter(|&lamps| lamps < facts.lamps) {
+        turn(Knob::LampsPerStep, lamps.to_string(), &|rung| {
+            rung.network.config.lamps_per_step = Some(lamps);
+        });
+    }
+    turn(Knob::Features, "none".to_owned(), &|rung| {
+        rung.network.config.perceptual = 0.0;
+        rung.network.config.pixel = 1.0;
+    });
+    if let Some(file) = &settings.features {
+        turn(Knob::Features, "file".to_owned(), &|rung| {
+            rung.network.config.features = Some(file.clone());
+            rung.network.config.lamps_per_step = Some(8.min(facts.lamps));
+        });
+    }
+    for (value, first, last) in [
+        ("0", 0.0, None),
+        ("0.5-to-0", 0.5, Some(0.0)),
+        ("0-to-0.5", 0.0, Some(0.5)),
+    ] {
+        turn(Knob::Rendering, value.to_owned(), &|rung| {
+            rung.network.config.rendering = first;
+            rung.network.config.rendering_end = last;
+        });
+    }
+    turn(Knob::Steadiness, "1".to_owned(), &|rung| {
+        rung.network.config.steadiness = 1.0;
+    });
+    turn(Knob::Start, "nothing".to_owned(), &|rung| {
+        rung.network.config.start = StartsFrom::Nothing;
+    });
+    for &precision in &facts.precisions {
+        let value = precision
+            .to_possible_value()
+            .map(|v| v.get_name().to_owned());
+        turn(Knob::Precision, value.unwrap_or_default(), &|rung| {
+            rung.network.config.precision = precision;
+        });
+    }
+    for lamps in [24, 12, 6].into_iter().filter(|&lamps| lamps < facts.lamps) {
+        turn(Knob::Lamps, lamps.to_string(), &|rung| {
+            rung.network.lamps = lamps
+        });
+    }
+    for share in LONGER {
+        turn(Knob::Minutes, format!("{share}x"), &|rung| {
+            rung.minutes *= share
+        });
+    }
+    all
+}
+
+impl Rung {
+    /// Whether it asks for the base's network, after any length of training.
+    pub(crate) fn is_bases(&self) -> bool {
+        self.network.name == BASE || self.knob == Some(Knob::Minutes)
+    }
+
+    /// This with what `other` changes of `base`, which must not be the same knob.
+    #[must_use]
+    pub(crate) fn and(mut self, other: &Self, base: &Self) -> Self {
+        let (mine, theirs, plain) = (
+            &mut self.network.config,
+            &other.network.config,
+            &base.network.config,
+        );
+        if theirs.width != plain.width {
+            (mine.width, mine.most_channels) = (theirs.width, theirs.most_channels);
+        }
+        if theirs.depth != plain.depth {
+            mine.depth = theirs.depth;
+        }
+        if theirs.features != plain.features || theirs.pixel != plain.pixel {
+            mine.features.clone_from(&theirs.features);
+            (mine.pixel, mine.perceptual) = (theirs.pixel, theirs.perceptual);
+        }
+        if theirs.lamps_per_step != plain.lamps_per_step {
+            mine.lamps_per_step = theirs.lamps_per_step;
+        }
+        if theirs.precision != plain.precision {
+            mine.precision = theirs.precision;
+        }
+        if other.network.size != base.network.size {
+            self.network.size = other.network.size;
+            // Blocks that were chosen for a larger picture may be too many.
+            let most = self.network.size.ilog2() as usize + 1;
+            self.network.config.depth = self.network.config.depth.map(|depth| depth.min(most));
+        }
+        if other.network.lamps != base.network.lamps {
+            self.network.lamps = other.network.lamps;
+        }
+        if other.show.storage != base.show.storage || other.show.components != base.show.components
+        {
+            self.show.storage = other.show.storage;
+            self.show.components = other.show.components;
+        }
+        if other.show.weighting != base.show.weighting {
+            self.show.weighting = other.show.weighting;
+        }
+        if other.show.environment_columns != base.show.environment_columns {
+            self.show.environment_columns = other.show.environment_columns;
+        }
+        self
+    }
+}
+
+impl TradeoffSettings {
+    /// Refuses settings that cannot be compared.
+    ///
+    /// # Errors
+    /// Then.
+    pub fn check(&self) -> Result<()> {
+        if self.at == PictureSize::Square {
+            return Err(Error::invalid(
+                "pictures at the working size cannot be compared, because rungs have different working sizes",
+                "Choose --at plate or --at box",
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,566 @@
+//! The ladder climbed: networks trained, rungs measured, figures kept.
+
+use super::front::front;
+use super::judge::{Against, Judge, exemplar_size};
+use super::ladder::{BASE, Facts, Knob, Network, Rung, TradeoffSettings, rungs};
+use super::ledger::{Failure, Ledger, folder};
+use super::measure::{Cost, Found, Measured, Trained, measure};
+use base::error::{Error, Result};
+use base::progress::Progress;
+use calibration::{CalibrateSettings, Calibration, calibrate, keep_lamps};
+use compositor::Storage;
+use footage::{PictureSize, picture_size};
+use gpu::ComputeDevice;
+use imaging::file::write_png;
+use project::Project;
+use reflectance::{Precision, Predictor, checkpoint};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use training::features::Lpips;
+use training::{TrainSettings, train};
+
+/// A rung has to gain more than this to be taken into the best, in decibels: seeds differ by as much.
+const GAIN_DB: f64 = 0.1;
+/// A rung may lose less than this to be taken into the fast, in decibels …
+const LOSS_DB: f64 = 0.3;
+/// … if it takes at most this share of the base's time.
+const FASTER: f64 = 0.95;
+
+/// What was measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct TradeoffReport {
+    /// The table for other programs.
+    pub table: PathBuf,
+    pub compared_with: String,
+    pub rungs: Vec<Measured>,
+    /// Whether each of them is on the Pareto front.
+    pub on_front: Vec<bool>,
+    pub failures: Vec<Failure>,
+}
+
+/// Measures a project's rungs, as far as they were not measured before. What is measured is kept at once: a run that was
+/// stopped goes on where it was.
+///
+/// # Errors
+/// When the project has no calibration, there is nothing to compare with, files cannot be read or written, or a stop was
+/// asked for. A rung that fails by itself is left out and named.
+pub fn tradeoff(
+    project: &Project,
+    settings: &TradeoffSettings,
+    progress: &Progress,
+) -> Result<TradeoffReport> {
+    settings.check()?;
+    project.check_shoot()?;
+    project.check_parts()?;
+    Calibration::load(project)?;
+    let compute = ComputeDevice::choose(settings.device);
+    progress.say(format!("The network runs on the {}", compute.description));
+    let mut climb = compute.guarded(|| Climb::start(project, settings, &compute, progress))?;
+    climb.all(progress)?;
+    let ledger = climb.ledger;
+    Ok(TradeoffReport {
+        table: folder(project).join("ladder.csv"),
+        compared_with: ledger.compared_with,
+        on_front: front(&ledger.rungs),
+        rungs: ledger.rungs,
+        failures: ledger.failures,
+    })
+}
+
+/// The measurement of a project while it goes on.
+struct Climb<'a> {
+    project: &'a Project,
+    /// The project as its first rung found it.
+    base: Project,
+    settings: &'a TradeoffSettings,
+    compute: &'a ComputeDevice,
+    ledger: Ledger,
+    judge: Judge,
+    rungs: Vec<Rung>,
+    lpips: Option<Lpips>,
+    /// The base's network, which is timed in turn with each rung's.
+    timed_base: Option<Trained>,
+}
+
+impl<'a> Climb<'a> {
+    fn start(
+        project: &'a Project,
+        settings: &'a TradeoffSettings,
+        compute: &'a ComputeDevice,
+        progress: &Progress,
+    ) -> Result<Self> {
+        let lpips = settings.lpips.as_deref().map(Lpips::open).transpose()?;
+        let against = Against::of(project, settings)?;
+        let mut ledger = Self::ledger(project, settings, against, compute, progress)?;
+        let base = ledger.base.project(project);
+        if !base.calibration_path().exists() {
+            Calibration::load(project)?.save(&base)?;
+        }
+        let calibration = Calibration::load(&base)?;
+        let plate = match &ledger.against {
+            Against::Truth(_) => {
+                let (width, height) = picture_size(&base, PictureSize::Box)?;
+                width.min(height)
+            }
+            Against::Pose(_) => usize::MAX,
+        };
+        let shoot = &base.settings.shoot;
+        let mut facts = Facts {
+            size: base.settings.size,
+            source: exemplar_size(&base)?.min(plate),
+            lamps: shoot.lamps.len(),
+            poses: shoot.poses.len(),
+            has_truth: matches!(ledger.against, Against::Truth(_)),
+            environment_columns: 0,
+            precisions: precisions(compute),
+        };
+        let most = rungs(&facts, settings)
+            .iter()
+            .map(|rung| rung.network.size)
+            .max();
+        let judge = Judge::open(
+            &base,
+            &calibration,
+            &ledger.against,
+            settings.at,
+            most.unwrap_or(facts.size),
+        )?;
+        let columns = judge.lit.iter().map(|lit| lit.environment.radiance.width);
+        facts.environment_columns = columns.max().unwrap_or(0);
+        let rungs = rungs(&facts, settings);
+        ledger.planned = rungs.len() * settings.seeds as usize;
+        progress.say(format!(
+            "{} rungs are compared with {}; {} of them are measured already",
+            ledger.planned,
+            ledger.compared_with,
+            ledger.rungs.len()
+        ));
+        Ok(Self {
+            project,
+            base,
+            settings,
+            compute,
+            ledger,
+            judge,
+            rungs,
+            lpips,
+            timed_base: None,
+        })
+    }
+
+    /// What was measured before, if it goes on, or nothing.
+    fn ledger(
+        project: &Project,
+        settings: &TradeoffSettings,
+        against: Against,
+        compute: &ComputeDevice,
+        progress: &Progress,
+    ) -> Result<Ledger> {
+        let new = Ledger::new(project, settings, against, &compute.description)?;
+        let old = match Ledger::load(project) {
+            Ok(None) => return Ok(new),
+            Ok(Some(old)) if !settings.fresh && old.continues(&new) => return Ok(old),
+            Ok(Some(_)) => Ok(()),
+            Err(e) => Err(e),
+        };
+        let aside = Ledger::set_aside(project)?;
+        let aside = aside.display();
+        progress.say(match old {
+            Ok(()) => format!(
+                "What was measured before, with other settings or on another machine, is in {aside} now"
+            ),
+            Err(e) => format!("{e}. It is in {aside} now"),
+        });
+        Ok(new)
+    }
+
+    /// Every rung of the first seed, then what the base and its lengths of training show with the others, then the rest: a
+    /// run that is stopped early knows all rungs, and how much seeds differ.
+    fn all(&mut self, progress: &Progress) -> Result<()> {
+        let first = self.project.settings.seed;
+        let others = first + 1..first + self.settings.seeds;
+        for rung in self.rungs.clone() {
+            self.rung(&rung, first, progress)?;
+        }
+        let wants_together =
+            self.settings.knobs.is_empty() || self.settings.knobs.contains(&Knob::Together);
+        if wants_together {
+            let of_first: Vec<&Measured> = (self.ledger.rungs.iter())
+                .filter(|m| m.seed == first)
+                .collect();
+            let together = together(&of_first);
+            self.ledger.planned += together.len() * self.settings.seeds as usize;
+            self.rungs.extend(together);
+        }
+        let (sooner, later): (Vec<Rung>, Vec<Rung>) =
+            self.rungs.iter().cloned().partition(Rung::is_bases);
+        for rung in self.rungs.clone() {
+            self.rung(&rung, first, progress)?;
+        }
+        for rungs in [sooner, later] {
+            for seed in others.clone() {
+                for rung in &rungs {
+                    self.rung(rung, seed, progress)?;
+                }
+            }
+        }
+        self.ledger.save(self.project)
+    }
+
+    /// Measures a rung unless that was done. A rung that fails by itself does not end the run.
+    fn rung(&mut self, rung: &Rung, seed: u64, progress: &Progress) -> Result<()> {
+        if self.ledger.measured(&rung.name, seed).is_some() {
+            return Ok(());
+        }
+        let done = self.ledger.rungs.len() + self.ledger.failures.len();
+        progress.say(format!(
+            "Rung {} of {}: {}{}",
+            (done + 1).min(self.ledger.planned),
+            self.ledger.planned,
+            rung.name,
+            self.left()
+        ));
+        let is_same = |failure: &Failure| failure.rung == rung.name && failure.seed == seed;
+        self.ledger.failures.retain(|failure| !is_same(failure));
+        let compute = self.compute;
+        match compute.guarded(|| self.measured(rung, seed, progress)) {
+            Ok(measured) => self.ledger.add(measured),
+            Err(stopped @ (Error::Cancelled { .. } | Error::GpuLost)) => return Err(stopped),
+            Err(e) => {
+                progress.say(format!("The rung {} is left out: {e}", rung.name));
+                self.ledger.failures.push(Failure {
+                    rung: rung.name.clone(),
+                    seed,
+                    sentence: e.to_string(),
+                });
+            }
+        }
+        self.ledger.save(self.project)
+    }
+
+    /// How long the training of what is not measured takes.
+    fn left(&self) -> String {
+        let first = self.project.settings.seed;
+        let mut minutes = 0.0;
+        for seed in first..first + self.settings.seeds {
+            let mut networks: Vec<(&str, f64)> = Vec::new();
+            for rung in &self.rungs {
+                if self.ledger.measured(&rung.name, seed).is_some() {
+                    continue;
+                }
+                let trained =
+                    mark(self.project, &rung.network, rung.minutes, seed).join("checkpoint.toml");
+                if trained.exists() {
+                    continue;
+                }
+                match networks
+                    .iter_mut()
+                    .find(|(name, _)| *name == rung.network.name)
+                {
+                    Some((_, most)) => *most = most.max(rung.minutes),
+                    None => networks.push((&rung.network.name, rung.minutes)),
+                }
+            }
+            minutes += networks.iter().map(|(_, minutes)| minutes).sum::<f64>();
+        }
+        format!("; at most {minutes:.1} min of training are left")
+    }
+
+    /// A rung's network, trained, and where its weights are.
+    fn trained(&self, rung: &Rung, seed: u64, progress: &Progress) -> Result<(Trained, PathBuf)> {
+        let (variant, calibration) =
+            variant(&self.base, self.project, &rung.network, seed, progress)?;
+        let mark = self.train(rung, seed, &variant, &calibration, progress)?;
+        let predictor = Predictor::open_at(&variant, &mark, &self.compute.device)?;
+        let trained = Trained {
+            variant,
+            calibration,
+            predictor,
+        };
+        Ok((trained, mark))
+    }
+
+    fn measured(&mut self, rung: &Rung, seed: u64, progress: &Progress) -> Result<Measured> {
+        let (trained, mark) = self.trained(rung, seed, progress)?;
+        let base = match self.timed_base.take() {
+            Some(base) => base,
+            // The first rung is the base of the first seed.
+            None => {
+                let first = self.project.settings.seed;
+                self.trained(&self.rungs[0], first, progress)?.0
+            }
+        };
+        let base = self.timed_base.insert(base);
+        let found = measure(
+            rung,
+            &trained,
+            base,
+            self.compute,
+            &self.judge,
+            self.lpips.as_ref(),
+            progress,
+        )?;
+        let pictures = folder(self.project).join("pictures");
+        let picture = format!("{}-{seed}.png", file_name(&rung.name));
+        write_png(&pictures.join("truth.png"), &found.truth)?;
+        write_png(&pictures.join(&picture), &found.picture)?;
+        let info = trained.predictor.info();
+        let parameters = info.network.cost().parameters;
+        let Found {
+            timed,
+            base_ms,
+            predict_ms,
+            field_bytes,
+            fidelity,
+            relit_psnr_db,
+            olat_psnr_db,
+            changes_db,
+            flicker,
+            ..
+        } = found;
+        Ok(Measured {
+            predicted: self.predicted(rung, seed),
+            cost: Cost {
+                frame_ms: timed.median,
+                memory_bytes: 4 * parameters + field_bytes,
+                disk_bytes: bytes(&mark),
+            },
+            rung: rung.clone(),
+            seed,
+            frame: timed,
+            predict_ms,
+            timed,
+            base_ms,
+            training_seconds: info.seconds,
+            steps: info.step,
+            fidelity,
+            relit_psnr_db,
+            olat_psnr_db,
+            changes_db,
+            flicker,
+            device: self.compute.description.clone(),
+            picture,
+        })
+    }
+
+    /// What a rung will cost, from what the base cost and the networks' shapes; None before the base is measured.
+    fn predicted(&self, rung: &Rung, seed: u64) -> Option<Cost> {
+        let base = self.ledger.measured(BASE, seed)?;
+        let shape = |network: &Network| {
+            let mut variant = self.base.clone();
+            variant.settings.size = network.size;
+            variant.settings.shoot.lamps.truncate(network.lamps);
+            network.config.network(&variant).cost()
+        };
+        let (mine, bases) = (shape(&rung.network), shape(&base.rung.network));
+        let share = |mine: u64, of: u64| mine as f64 / of.max(1) as f64;
+        let network_ms = base.predict_ms * share(mine.multiply_adds, bases.multiply_adds);
+        let picture_ms = base.frame.median - base.predict_ms;
+        let pixels = (rung.network.size * rung.network.size) as u64;
+        let planes = match rung.show.components {
+            Some(count) => 4 * count,
+            None if rung.show.storage == Storage::F32 => 12 * rung.network.lamps,
+            None => 6 * rung.network.lamps,
+        };
+        let disk = base.cost.disk_bytes as f64 * share(mine.parameters, bases.parameters);
+        Some(Cost {
+            frame_ms: network_ms + picture_ms,
+            memory_bytes: 4 * mine.parameters + pixels * planes as u64,
+            disk_bytes: disk as u64,
+        })
+    }
+
+    /// Trains a rung's network as far as it is not trained, and returns where its weights are.
+    fn train(
+        &self,
+        rung: &Rung,
+        seed: u64,
+        variant: &Project,
+        calibration: &Calibration,
+        progress: &Progress,
+    ) -> Result<PathBuf> {
+        let mark = mark(self.project, &rung.network, rung.minutes, seed);
+        if mark.join("checkpoint.toml").exists() {
+            return Ok(mark);
+        }
+        let mut config = rung.network.config.clone();
+        config.minutes = Some(rung.minutes);
+        let settings = TrainSettings {
+            config,
+            exclude_frames: self.judge.frames(),
+            hold_out: self.judge.held_out(),
+            fresh: false,
+            device: self.settings.device,
+        };
+        train(variant, calibration, &settings, progress)?;
+        // A training that was stopped goes on the next time.
+        progress.check(
+            "What was measured before is kept, and so is the network that was in training",
+        )?;
+        checkpoint::link(&variant.checkpoint_path(), &mark)?;
+        Ok(mark)
+    }
+}
+
+/// Where a network is trained.
+pub fn run_folder(project: &Project, network: &Network, seed: u64) -> PathBuf {
+    let name = format!("{}-{seed}", file_name(&network.name));
+    folder(project).join("runs").join(name)
+}
+
+/// Where a network's weights after so many minutes are kept.
+pub fn mark(project: &Project, network: &Network, minutes: f64, seed: u64) -> PathBuf {
+    run_folder(project, network, seed).join(format!("at-{minutes:.4}-minutes"))
+}
+
+/// The project at the network's size and with its lamps, and its calibration. `base` is as the first rung found it.
+///
+/// # Errors
+/// When the balls cannot be read, or files not written.
+pub fn variant(
+    base: &Project,
+    project: &Project,
+    network: &Network,
+    seed: u64,
+    progress: &Progress,
+) -> Result<(Project, Calibration)> {
+    let mut variant = base.variant(run_folder(project, network, seed));
+    variant.settings.size = network.size;
+    variant.settings.seed = seed;
+    let has_fewer = network.lamps < base.settings.shoot.lamps.len();
+    if has_fewer {
+        keep_lamps(&mut variant, network.lamps, progress)?;
+    }
+    if !variant.calibration_path().exists() {
+        let found = if has_fewer {
+            calibrate(&mut variant, &CalibrateSettings::default(), progress)?
+        } else {
+            Calibration::load(base)?
+        };
+        found.save(&variant)?;
+    }
+    let calibration = Calibration::load(&variant)?;
+    Ok((variant, calibration))
+}
+
+/// What would pay together: what gains, and what is faster without losing much. Only what changes two knobs or more is
+/// new.
+fn together(measured: &[&Measured]) -> Vec<Rung> {
+    let Some(base) = measured.iter().find(|m| m.rung.name == BASE) else {
+        return Vec::new();
+    };
+    let of_knob = |knob: Knob| measured.iter().filter(move |m| m.rung.knob == Some(knob));
+    let knobs = [
+        Knob::Size,
+        Knob::Width,
+        Knob::Depth,
+        Knob::LampsPerStep,
+        Knob::Features,
+        Knob::Field,
+        Knob::Weights,
+        Knob::Environment,
+    ];
+    let gain = |m: &Measured| m.fidelity.psnr_db - base.fidelity.psnr_db;
+    let best = knobs.map(|knob| {
+        let gaining = of_knob(knob).filter(|m| gain(m) > GAIN_DB);
+        gaining.max_by(|a, b| gain(a).total_cmp(&gain(b)))
+    });
+    let is_cheap =
+        |m: &&&Measured| gain(m) > -LOSS_DB && m.frame.median <= FASTER * base.frame.median;
+    let fast = knobs.map(|knob| {
+        let cheap = of_knob(knob).filter(is_cheap);
+        cheap.min_by(|a, b| a.frame.median.total_cmp(&b.frame.median))
+    });
+    let mut made = Vec::new();
+    for (name, chosen) in [("together=best", best), ("together=fast", fast)] {
+        let chosen: Vec<_> = chosen.into_iter().flatten().collect();
+        if chosen.len() < 2 {
+            continue;
+        }
+        let all = chosen
+            .iter()
+            .fold(base.rung.clone(), |rung, m| rung.and(&m.rung, &base.rung));
+        let mut rung = Rung {
+            name: name.to_owned(),
+            knob: Some(Knob::Together),
+            ..all
+        };
+        if rung.network != base.rung.network {
+            rung.network.name = name.to_owned();
+        }
+        made.push(rung);
+    }
+    made
+}
+
+/// The precisions that differ on the device.
+fn precisions(compute: &ComputeDevice) -> Vec<Precision> {
+    if reflectance::predictor::predicts_in_half(&compute.device) {
+        vec![Precision::Half]
+    } else if reflectance::kernels::has_tiles() {
+        vec![Precision::Full, Precision::Half]
+    } else {
+        Vec::new()
+    }
+}
+
+/// A rung's name as that of a file.
+fn file_name(name: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
+    name.chars()
+        .map(|c| if is_plain(c) { c } else { '-' })
+        .collect()
+}
+
+/// Bytes of a folder's files.
+fn bytes(folder: &Path) -> u64 {
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    files
+        .filter_map(|file| file.metadata().ok())
+        .map(|data| data.len())
+        .sum()
+}
+
+impl TradeoffReport {
+    /// The rungs as a table for people, and what stands out.
+    pub fn sentence(&self) -> String {
+        let mut text = format!("Compared with {}:\n", self.compared_with);
+        text += "  rung                        ms a frame      PSNR, dB   FLIP   trained  front\n";
+        let mut order: Vec<usize> = (0..self.rungs.len()).collect();
+        order.sort_by(|&a, &b| {
+            let ms = |i: usize| self.rungs[i].frame.median;
+            ms(a).total_cmp(&ms(b))
+        });
+        for i in order {
+            let m = &self.rungs[i];
+            text += &format!(
+                "  {:24} {:7.1} ({:.1} to {:.1})   {:6.2}   {:.3}   {:5.1} min  {}\n",
+                format!("{}{}", m.rung.name, seed_words(&self.rungs, m)),
+                m.frame.median,
+                m.frame.low,
+                m.frame.high,
+                m.fidelity.psnr_db,
+                m.fidelity.flip,
+                m.training_seconds / 60.0,
+                if self.on_front[i] { "*" } else { "" }
+            );
+        }
+        for failure in &self.failures {
+            text += &format!("  {} was left out: {}\n", failure.rung, failure.sentence);
+        }
+        text += &format!(
+            "* no other rung is both faster and nearer to the truth. Table: {}",
+            self.table.display()
+        );
+        text
+    }
+}
+
+/// Which seed a rung has, if there are several.
+fn seed_words(all: &[Measured], of: &Measured) -> String {
+    if all.iter().any(|m| m.seed != of.seed) {
+        format!(" (seed {})", of.seed)
+    } else {
+        String::new()
+    }
+}

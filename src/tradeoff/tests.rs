@@ -1,0 +1,345 @@
+//! The ladder on a tiny shoot, stopped and taken up again; picks and fronts on made-up figures.
+
+use super::front::{Pick, front, pick};
+use super::ladder::{Facts, rungs};
+use super::*;
+use base::progress::{Control, Progress, Report};
+use base::{Error, Result};
+use calibration::{CalibrateSettings, Calibration, calibrate};
+use footage::{ImportSettings, PictureSize, import};
+use project::Project;
+use std::path::Path;
+use virtual_stage::{StageSettings, write_shoot};
+
+/// A calibrated project of 16 × 16 on a shoot of 32 × 32 with few lamps.
+fn project(folder: &Path) -> Result<Project> {
+    let (shoot, silent) = (folder.join("shoot"), Progress::silent());
+    let stage = StageSettings {
+        frames: 3,
+        size: 32,
+        lamps: 8,
+        ..StageSettings::default()
+    };
+    write_shoot(&shoot, &stage, &silent)?;
+    let root = folder.join("film");
+    let mut project = import(
+        &root,
+        &shoot,
+        &ImportSettings { size: 16, seed: 1 },
+        &silent,
+    )?;
+    calibrate(&mut project, &CalibrateSettings::default(), &silent)?.save(&project)?;
+    Project::open(&root)
+}
+
+fn facts() -> Facts {
+    Facts {
+        size: 128,
+        source: 256,
+        lamps: 41,
+        poses: 6,
+        has_truth: true,
+        environment_columns: 1024,
+        precisions: vec![],
+    }
+}
+
+#[test]
+fn every_knob_is_turned_alone_and_the_budget_is_shared_out() {
+    let settings = TradeoffSettings {
+        budget: 60.0,
+        ..TradeoffSettings::default()
+    };
+    let all = rungs(&facts(), &settings);
+    let base = all[0].clone();
+    assert_eq!((base.name.as_str(), base.knob), ("base", None));
+    let mut names: Vec<&str> = all.iter().map(|rung| rung.name.as_str()).collect();
+    for expected in [
+        "field=f32",
+        "field=8-components",
+        "weights=cells",
+        "environment=128",
+        "effects=glare",
+        "minutes=0.25x",
+        "minutes=4x",
+        "size=64",
+        "size=256",
+        "width=8",
+        "depth=4",
+        "lamps-per-step=8",
+        "features=none",
+        "start=nothing",
+        "steadiness=1",
+        "rendering=0.5-to-0",
+        "lamps=12",
+    ] {
+        assert!(names.contains(&expected), "{expected} is not in {names:?}");
+    }
+    // What is the base already, or more than the pictures hold, is no rung.
+    for absent in ["field=f16", "size=128", "size=512", "width=16"] {
+        assert!(!names.contains(&absent), "{absent}");
+    }
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), all.len());
+    // Each network is trained once, to the longest time that is asked of it; two more are kept for what pays together.
+    let mut networks = std::collections::BTreeMap::<&str, f64>::new();
+    for rung in &all {
+        let most = networks.entry(&rung.network.name).or_default();
+        *most = most.max(rung.minutes);
+    }
+    let spent: f64 = networks.values().sum::<f64>() + 2.0 * base.minutes;
+    assert!((spent - 60.0).abs() < 1e-9, "{spent}");
+    for rung in &all[1..] {
+        let changed = (rung.network.config != base.network.config)
+            || (rung.network.size, rung.network.lamps) != (base.network.size, base.network.lamps)
+            || rung.show != base.show
+            || rung.minutes != base.minutes;
+        assert!(changed, "{}", rung.name);
+        // A network of another shape never shares a folder with the base.
+        let same_shape = (&rung.network.config, rung.network.size, rung.network.lamps)
+            == (&base.network.config, base.network.size, base.network.lamps);
+        assert!(same_shape || rung.network.name != "base", "{}", rung.name);
+    }
+    let few = TradeoffSettings {
+        knobs: vec![Knob::Size],
+        seeds: 3,
+        ..settings
+    };
+    let sizes = rungs(&facts(), &few);
+    let names: Vec<&str> = sizes.iter().map(|rung| rung.name.as_str()).collect();
+    assert_eq!(names, ["base", "size=64", "size=256"]);
+    let spent: f64 = sizes.iter().map(|rung| 3.0 * rung.minutes).sum();
+    assert!((spent - 60.0).abs() < 1e-9, "{spent}");
+}
+
+/// A rung with these milliseconds and decibels.
+fn rung(ms: f64, db: f64) -> Measured {
+    let first = rungs(&facts(), &TradeoffSettings::default()).remove(0);
+    Measured {
+        rung: first,
+        seed: 1,
+        predicted: None,
+        cost: Cost::default(),
+        frame: Spread {
+            median: ms,
+            ..Spread::default()
+        },
+        predict_ms: 0.0,
+        timed: Spread::default(),
+        base_ms: ms,
+        training_seconds: 0.0,
+        steps: 0,
+        fidelity: evaluation::Fidelity {
+            psnr_db: db,
+            ..evaluation::Fidelity::default()
+        },
+        relit_psnr_db: vec![],
+        olat_psnr_db: None,
+        changes_db: None,
+        flicker: None,
+        device: String::new(),
+        picture: String::new(),
+    }
+}
+
+proptest::proptest! {
+    #[test]
+    fn nothing_beats_the_front_and_each_other_rung_is_beaten(
+        places in proptest::collection::vec((1u32..20, 20u32..40), 1..30)
+    ) {
+        let all: Vec<Measured> =
+            places.iter().map(|&(ms, db)| rung(ms.into(), db.into())).collect();
+        let on = front(&all);
+        let beats = |a: usize, b: usize| {
+            let (a, b) = (places[a], places[b]);
+            a.0 <= b.0 && a.1 >= b.1 && a != b
+        };
+        for (i, on) in on.into_iter().enumerate() {
+            let beaten = (0..all.len()).any(|j| beats(j, i));
+            proptest::prop_assert_eq!(on, !beaten);
+        }
+        // What is picked does what was asked, and nothing does it better.
+        let picked = pick(&all, Pick::Within(10.0));
+        let within = |i: &usize| places[*i].0 <= 10;
+        let best = (0..all.len()).filter(within).map(|i| places[i].1).max();
+        proptest::prop_assert_eq!(picked.map(|i| places[i].1), best);
+        let picked = pick(&all, Pick::AtLeast(30.0));
+        let good = |i: &usize| places[*i].1 >= 30;
+        let fastest = (0..all.len()).filter(good).map(|i| places[i].0).min();
+        proptest::prop_assert_eq!(picked.map(|i| places[i].0), fastest);
+    }
+}
+
+#[test]
+fn a_rung_with_effects_is_neither_on_the_front_nor_picked() {
+    let plain = rung(10.0, 30.0);
+    let vignette = Measured {
+        changes_db: Some(20.0),
+        ..rung(9.0, 31.0)
+    };
+    let all = [plain, vignette];
+    assert_eq!(front(&all), [true, false]);
+    assert_eq!(pick(&all, Pick::Within(100.0)), Some(0));
+    assert_eq!(pick(&all, Pick::AtLeast(40.0)), None);
+}
+
+#[test]
+fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
+    let folder = tempfile::tempdir().unwrap();
+    let project = project(folder.path())?;
+    let before = Calibration::load(&project)?;
+    let settings = TradeoffSettings {
+        truth: Some(folder.path().join("shoot")),
+        knobs: vec![Knob::Field, Knob::Size, Knob::Lamps, Knob::Minutes],
+        budget: 0.15,
+        device: gpu::DeviceChoice::Cpu,
+        ..TradeoffSettings::default()
+    };
+    // Stopped at the third rung.
+    let control = Control::default();
+    let stop = control.clone();
+    let stopping = move |report: Report| {
+        if let Report::Say(said) = report
+            && said.starts_with("Rung 3 ")
+        {
+            stop.stop();
+        }
+    };
+    let stopped = tradeoff(&project, &settings, &Progress::new(&stopping, control));
+    assert!(matches!(stopped, Err(Error::Cancelled { .. })));
+    let half = Ledger::load(&project)?.unwrap();
+    assert_eq!(half.rungs.len(), 2);
+    let report = tradeoff(&project, &settings, &Progress::silent())?;
+    assert!(report.failures.is_empty(), "{:?}", report.failures);
+    for (before, now) in half.rungs.iter().zip(&report.rungs) {
+        assert_eq!((&before.rung, before.timed), (&now.rung, now.timed));
+    }
+    let names: Vec<&str> = report.rungs.iter().map(|m| m.rung.name.as_str()).collect();
+    for name in ["base", "field=f32", "size=32", "lamps=6", "minutes=2x"] {
+        assert!(names.contains(&name), "{name} is not in {names:?}");
+    }
+    for measured in &report.rungs {
+        let name = &measured.rung.name;
+        assert!(measured.frame.median > 0.0 && measured.steps > 0, "{name}");
+        assert!(
+            measured.fidelity.psnr_db > 5.0,
+            "{name}: {:?}",
+            measured.fidelity
+        );
+        assert!(
+            measured.cost.disk_bytes > 0 && measured.cost.memory_bytes > 0,
+            "{name}"
+        );
+        let picture = super::folder(&project)
+            .join("pictures")
+            .join(&measured.picture);
+        assert!(picture.exists(), "{name}");
+        // All have the same truth's size, whatever their own.
+        let size = image::image_dimensions(picture).unwrap();
+        assert_eq!(size, (32, 32), "{name}");
+        let is_base = name == "base";
+        assert_eq!(measured.predicted.is_none(), is_base, "{name}");
+    }
+    let of = |name: &str| report.rungs.iter().find(|m| m.rung.name == name).unwrap();
+    // Half the bytes cost next to nothing; more pixels of light and fewer lamps are other networks.
+    let (half, full) = (of("base"), of("field=f32"));
+    assert!((half.fidelity.psnr_db - full.fidelity.psnr_db).abs() < 0.05);
+    assert!(half.cost.memory_bytes < full.cost.memory_bytes);
+    assert!(of("lamps=6").olat_psnr_db.is_none() && full.olat_psnr_db.is_some());
+    assert!(of("minutes=2x").steps > of("base").steps);
+    let table = std::fs::read_to_string(&report.table).unwrap();
+    assert_eq!(table.lines().count(), 1 + report.rungs.len());
+    let columns = table.lines().next().unwrap().split(',').count();
+    assert!(table.contains(&Machine::this().version) && columns > 30);
+
+    // The project itself was not touched, until a rung is applied.
+    assert_eq!(Project::open(&project.root)?, project);
+    assert!(!project.checkpoint_path().exists());
+    let applied = apply(&project, "lamps=6", &Progress::silent())?;
+    let changed = Project::open(&project.root)?;
+    assert_eq!(changed.settings.shoot.lamps.len(), 6);
+    assert!(applied.aside.is_some());
+    let predictor = reflectance::Predictor::open(
+        &changed,
+        &gpu::ComputeDevice::choose(settings.device).device,
+    )?;
+    assert_eq!(predictor.info().network.lamps, 6);
+    Calibration::load(&changed)?;
+    apply(&changed, "base", &Progress::silent())?;
+    let back = Project::open(&project.root)?;
+    assert_eq!(back.settings, project.settings);
+    assert_eq!(Calibration::load(&back)?.rig, before.rig);
+    // With one applied, the ladder still goes on, and nothing is left to do.
+    apply(&back, "size=32", &Progress::silent())?;
+    let large = Project::open(&project.root)?;
+    assert_eq!(large.settings.size, 32);
+    let again = tradeoff(&large, &settings, &Progress::silent())?;
+    assert_eq!(again.rungs.len(), report.rungs.len());
+    let [first, last] = [&report, &again].map(|report| report.rungs.last().unwrap().timed);
+    assert_eq!(first, last);
+    let unknown = apply(&large, "size=31", &Progress::silent())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        unknown.contains("size=31") && unknown.contains("size=32"),
+        "{unknown}"
+    );
+    Ok(())
+}
+
+#[test]
+fn a_pose_is_held_out_where_there_is_no_truth_and_other_settings_set_aside() -> Result<()> {
+    let folder = tempfile::tempdir().unwrap();
+    let project = project(folder.path())?;
+    let settings = TradeoffSettings {
+        knobs: vec![Knob::Weights, Knob::Effects],
+        budget: 0.05,
+        device: gpu::DeviceChoice::Cpu,
+        ..TradeoffSettings::default()
+    };
+    let report = tradeoff(&project, &settings, &Progress::silent())?;
+    let poses = project.settings.shoot.poses.len();
+    let held_out = &project.settings.shoot.poses[poses / 2];
+    assert!(
+        report.compared_with.contains(held_out.as_str()),
+        "{}",
+        report.compared_with
+    );
+    // Kinds of weights cannot be told apart without a truth.
+    assert!(
+        report
+            .rungs
+            .iter()
+            .all(|m| m.rung.knob != Some(Knob::Weights))
+    );
+    let effects: Vec<&Measured> = report
+        .rungs
+        .iter()
+        .filter(|m| m.rung.knob == Some(Knob::Effects))
+        .collect();
+    assert!(effects.len() > 4 && effects.iter().all(|m| m.changes_db.is_some()));
+    assert!(effects.iter().any(|m| m.changes_db.unwrap() < 40.0));
+    let other = TradeoffSettings {
+        hold_out: Some(0),
+        knobs: vec![Knob::Field],
+        ..settings.clone()
+    };
+    tradeoff(&project, &other, &Progress::silent())?;
+    assert!(project.root.join("tradeoff-aside-1/ladder.json").exists());
+    let refused = tradeoff(
+        &project,
+        &TradeoffSettings {
+            hold_out: Some(99),
+            ..settings.clone()
+        },
+        &Progress::silent(),
+    );
+    assert!(refused.unwrap_err().to_string().contains("pose 99"));
+    let square = TradeoffSettings {
+        at: PictureSize::Square,
+        ..settings
+    };
+    assert!(tradeoff(&project, &square, &Progress::silent()).is_err());
+    Ok(())
+}
