@@ -201,10 +201,15 @@ fn calibrate_within(
     if let Some(sentence) = motion.as_ref().and_then(Motion::sentence) {
         progress.say(sentence);
     }
-    let (rig_faults, rig_findings) =
-        rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?
-            .into_iter()
-            .unzip();
+    let wrong_circle = probes.wrong_circle().map(str::to_owned);
+    let (rig_faults, rig_findings) = (wrong_circle.map(|sentence| (Fault::WrongCircle, sentence)))
+        .into_iter()
+        .chain(rig_findings(
+            project,
+            &rig,
+            probes.ball().blind_half_angle_deg,
+        )?)
+        .unzip();
     rig.lamps.truncate(shoot.lamps.len());
     let has_others = !shoot.other_lamps.is_empty();
     Ok(Calibration {

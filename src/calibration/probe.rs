@@ -41,6 +41,8 @@ pub struct Probes {
     /// Median code values of the interview's ball where no lamp is; black if lamps are everywhere.
     interview_dark: CodeValues,
     profile: Vec<ProfilePixel>,
+    /// What is wrong with the ball's circle, as a sentence.
+    wrong_circle: Option<String>,
 }
 
 impl Probes {
@@ -58,7 +60,7 @@ impl Probes {
         let ball = MirrorBall::new(&shoot.ball, shoot.ball_dome_radius_m(), size)?;
         let provisional = ResponseTable::of(&PROVISIONAL);
         let paths = &project.probe_pictures()[1..];
-        let footprints = footprints(
+        let (footprints, wrong_circle) = footprints(
             paths,
             (&project.interview_probe_picture(), size),
             (&ball, Circle::of(&shoot.ball)),
@@ -95,12 +97,10 @@ impl Probes {
                  and everything else is dark",
             ));
         }
-        Ok(Self::compare(
-            ball.clone(),
-            footprints,
-            interview,
-            &provisional,
-        ))
+        Ok(Self {
+            wrong_circle,
+            ..Self::compare(ball.clone(), footprints, interview, &provisional)
+        })
     }
 
     fn compare(
@@ -155,10 +155,16 @@ impl Probes {
             comparable,
             interview_dark: [0; 3],
             profile: vec![],
+            wrong_circle: None,
         };
         probes.interview_dark = probes.find_interview_dark();
         probes.profile = probes.make_profile(provisional);
         probes
+    }
+
+    /// What is wrong with the ball's circle, as a sentence.
+    pub fn wrong_circle(&self) -> Option<&str> {
+        self.wrong_circle.as_deref()
     }
 
     /// The ball's geometry.
@@ -201,7 +207,7 @@ impl Probes {
 /// Photographs that show the ball's rim well enough together.
 const ENOUGH: usize = 8;
 
-/// The footprints in the lamps' photographs, which have the size of a reference.
+/// The footprints in the lamps' photographs, which have the size of a reference, and what is wrong with the circle.
 ///
 /// # Errors
 /// When the ball is too small to tell lamps apart, a photograph cannot be read or differs in size, or the job was
@@ -211,7 +217,7 @@ pub(super) fn footprints(
     (reference, size): (&Picture, (usize, usize)),
     (ball, circle): (&MirrorBall, Circle),
     progress: &Progress,
-) -> Result<Vec<Footprint>> {
+) -> Result<(Vec<Footprint>, Option<String>)> {
     silhouette::large_enough(&circle, &reference.display().to_string())?;
     let provisional = ResponseTable::of(&PROVISIONAL);
     let mut grid = Grid::new(ball, size.0, pictures.len());
@@ -221,9 +227,8 @@ pub(super) fn footprints(
     .cloned()
     .collect();
     // What is wrong with the photographs is said below.
-    if let Ok(photographs) = Photographs::read(&some, progress) {
-        grid.check_circle(&photographs, &circle);
-    }
+    let wrong_circle = (Photographs::read(&some, progress).ok())
+        .and_then(|photographs| grid.check_circle(&photographs, &circle));
     let (mut footprints, series): (Vec<_>, Vec<_>) = (pictures.par_iter().enumerate())
         .map(|(lamp, address)| {
             progress.check("nothing was changed")?;
@@ -248,7 +253,7 @@ pub(super) fn footprints(
         .into_iter()
         .unzip();
     highlight::aim(&mut footprints, &series, &grid, &provisional);
-    Ok(footprints)
+    Ok((footprints, wrong_circle))
 }
 
 /// The code values of the ball's pixels.

@@ -36,6 +36,8 @@ pub enum Fault {
     Misplaced,
     /// The layout as a whole does not fit the measured directions.
     WrongLayout,
+    /// The mirror ball's circle is not on its outline: every direction is wrong.
+    WrongCircle,
 }
 
 /// One fault.

@@ -79,7 +79,8 @@ fn lamps(
     })?;
     let size = footage::dimensions(first)?;
     let ball = MirrorBall::new(&second.ball, shoot.ball_dome_radius_m(), size)?;
-    let footprints = footprints(
+    // Two balls that disagree are named by themselves.
+    let (footprints, _) = footprints(
         &pictures,
         (first, size),
         (&ball, silhouette::Circle::of(&second.ball)),

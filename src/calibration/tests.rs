@@ -288,3 +288,68 @@ fn one_picture_under_two_names_is_named() {
         .filter(|sentence| sentence.contains("olat_03, olat_08 of pose01, pose02 are copies"));
     assert_eq!(named.count(), 1, "{:?}", found.rig_findings);
 }
+
+#[test]
+fn lamps_of_a_wrong_circle_are_not_trusted() {
+    let folder = tempfile::tempdir().unwrap();
+    let shoot = folder.path().join("shoot");
+    let settings = virtual_stage::StageSettings {
+        frames: 1,
+        size: 64,
+        lamps: 20,
+        poses: 1,
+        seed: 31,
+        ..virtual_stage::StageSettings::default()
+    };
+    virtual_stage::write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
+    let import = footage::ImportSettings { size: 64, seed: 1 };
+    let to = folder.path().join("project");
+    let mut project = footage::import(&to, &shoot, &import, &Progress::silent()).unwrap();
+    let found = silhouette::find(
+        &Photographs::read(&project.probe_pictures(), &Progress::silent()).unwrap(),
+    )
+    .unwrap()
+    .circle;
+    // The lamps with a circle that is off by shares of its radius to the right and in width.
+    let mut measured = |aside: f64, wider: f64| {
+        let [x, y] = found.center_px;
+        let radius = found.radius_px;
+        Circle::new([x + aside * radius, y], (1.0 + wider) * radius)
+            .unwrap()
+            .apply_to(&mut project.settings.shoot.ball);
+        let probes = Probes::load(&project, &Progress::silent()).unwrap();
+        let names = project.settings.shoot.lamps.iter();
+        let lamps = probes.lamps(names, &PROVISIONAL);
+        (lamps, probes.wrong_circle().map(str::to_owned))
+    };
+    let (right, named) = measured(0.0, 0.0);
+    assert_eq!(named, None);
+    let mean =
+        |lamps: &[Lamp]| lamps.iter().map(|lamp| lamp.confidence).sum::<f32>() / lamps.len() as f32;
+    assert!(mean(&right) > 0.9, "{}", mean(&right));
+    for (aside, wider) in [
+        (0.05, 0.0),
+        (0.0, -0.1),
+        (0.15, 0.1),
+        (0.3, 0.0),
+        (-0.5, 0.0),
+        (0.7, 0.2),
+        (0.0, 0.5),
+        (0.1, -0.4),
+    ] {
+        let (lamps, named) = measured(aside, wider);
+        let sentence = named.unwrap_or_else(|| panic!("{aside} {wider}: not named"));
+        assert!(sentence.contains("Find the circle again"), "{sentence}");
+        let near = (lamps.iter().zip(&right))
+            .filter(|(lamp, right)| {
+                lamp.is_usable() && lamp.direction.angle_between(right.direction).to_degrees() < 5.0
+            })
+            .count() as f32
+            / right.len() as f32;
+        assert!(
+            mean(&lamps) < near + 0.15,
+            "{aside} {wider}: {near} are right, {} are said to be",
+            mean(&lamps)
+        );
+    }
+}

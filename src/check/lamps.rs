@@ -53,7 +53,12 @@ fn seen(calibration: &Calibration) -> Check {
 }
 
 fn agree(calibration: &Calibration) -> Check {
-    const WRONG: [Fault; 3] = [Fault::SameLamp, Fault::SamePicture, Fault::Swapped];
+    const WRONG: [Fault; 4] = [
+        Fault::WrongCircle,
+        Fault::SameLamp,
+        Fault::SamePicture,
+        Fault::Swapped,
+    ];
     const ODD: [Fault; 2] = [Fault::Misplaced, Fault::WrongLayout];
     if let Some(finding) = finding(calibration, &WRONG) {
         return from_finding(Subject::LampsAgree, Level::Bad, finding);

@@ -61,7 +61,7 @@ enum Shared {
     None,
     /// The window's. burn does not know it yet: each device that it knows keeps two threads awake.
     Offered(Box<WgpuSetup>),
-    Open(Gpu),
+    Open(Box<Gpu>),
 }
 
 impl Shared {
@@ -180,7 +180,7 @@ impl Gpu {
             && suits(&setup.adapter.get_info())
             && let Ok(gpu) = Self::register(WgpuSetup::clone(setup))
         {
-            *shared = Shared::Open(gpu);
+            *shared = Shared::Open(Box::new(gpu));
         }
         if let Some(gpu) = shared.open().filter(|gpu| suits(&gpu.adapter)) {
             return Ok(gpu.clone());
@@ -193,7 +193,7 @@ impl Gpu {
         for adapter in adapters {
             match Self::open(&instance, adapter) {
                 Ok(gpu) => {
-                    *shared = Shared::Open(gpu.clone());
+                    *shared = Shared::Open(Box::new(gpu.clone()));
                     return Ok(gpu);
                 }
                 Err(reason) => why = reason,

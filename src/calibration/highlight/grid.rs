@@ -4,7 +4,7 @@ use super::super::code_values::{CodeValues, ResponseTable};
 use super::super::connected;
 use super::super::footprint::Footprint;
 use super::super::mirror_ball::MirrorBall;
-use super::super::silhouette::{self, Circle, Photographs};
+use super::super::silhouette::{self, Circle, Photographs, Silhouette};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -33,9 +33,11 @@ pub(crate) struct Levels(Vec<u16>);
 const UNSEEN_RIM_PX: f32 = 0.4;
 const UNSEEN_RIM: f32 = 0.005;
 /// A rim that was seen is known no better than this.
-const SEEN_RIM_PX: f32 = 0.2;
+const SEEN_RIM_PX: f64 = 0.2;
 /// It was seen if it was told from the background on this share of the circumference.
 const SEEN_RIM: f64 = 0.5;
+/// A circle that is off by more than this share of the radius is named: its lamps are several degrees off.
+const WRONG_CIRCLE: f64 = 0.04;
 
 impl Grid {
     /// More cells across the ball show a lamp no better.
@@ -81,17 +83,31 @@ impl Grid {
         grid
     }
 
-    /// Takes over how far the ball's circle is off the rim that photographs show.
-    pub fn check_circle(&mut self, photographs: &Photographs, circle: &Circle) {
-        let rim = silhouette::refine(photographs, circle).ok();
-        if let Some(rim) = rim.filter(|rim| rim.rim_share >= SEEN_RIM) {
-            let wider = rim.circle.radius_px - circle.radius_px;
-            let [x, y] = [0, 1].map(|i| rim.circle.center_px[i] - circle.center_px[i]);
-            let aside = x * x + y * y;
-            // Root mean square over the circumference.
-            let error = (0.5 * aside + wider * wider).sqrt() as f32;
-            self.circle_error_px = error.hypot(SEEN_RIM_PX);
-        }
+    /// Takes over how far the ball's circle is off the rim that photographs show: one nearby, or that of a ball which the
+    /// circle touches. Returns a sentence if the circle is plainly wrong.
+    pub fn check_circle(&mut self, photographs: &Photographs, circle: &Circle) -> Option<String> {
+        let seen = |rim: &Silhouette| rim.rim_share >= SEEN_RIM;
+        // A second ball has a circle of its own.
+        let touches = |rim: &Silhouette| {
+            rim.circle.center().distance(circle.center()) < rim.circle.radius_px + circle.radius_px
+        };
+        let nearby = silhouette::refine(photographs, circle).ok().filter(seen);
+        let rim = nearby.or_else(|| {
+            let found = silhouette::find(photographs).ok()?;
+            (seen(&found) && touches(&found)).then_some(found)
+        })?;
+        let wider = rim.circle.radius_px - circle.radius_px;
+        let aside = rim.circle.center().distance(circle.center());
+        // Root mean square over the circumference.
+        let error = (0.5 * aside * aside + wider * wider).sqrt();
+        self.circle_error_px = error.hypot(SEEN_RIM_PX) as f32;
+        (error > WRONG_CIRCLE * rim.circle.radius_px).then(|| {
+            format!(
+                "the mirror ball's circle is {error:.0} pixels off the outline that its photographs show, which has its centre \
+                 at {:.0}, {:.0} and a radius of {:.0} pixels: lamps are not where they seem to be. Find the circle again",
+                rim.circle.center_px[0], rim.circle.center_px[1], rim.circle.radius_px
+            )
+        })
     }
 
     /// The cell that holds pixel `pixel` of [`MirrorBall::pixels`].

@@ -9,8 +9,8 @@ use crate::keys;
 use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::{
-    Color32, EventFilter, Key, Pos2, Rect, Sense, Stroke, TextureHandle, TextureOptions, Ui, Vec2,
-    pos2, vec2,
+    Align2, Color32, EventFilter, FontId, Key, Painter, Pos2, Rect, Sense, Stroke, TextureHandle,
+    TextureOptions, Ui, Vec2, pos2, vec2,
 };
 use glam::Quat;
 use light::brightest::Area;
@@ -61,12 +61,7 @@ impl Preview {
                 areas = &panorama.areas;
             }
         }
-        // The ticks mark the column behind the subject, towards which the camera looks.
-        let tick = Stroke::new(2.0, theme::ACCENT);
-        ui.painter()
-            .vline(rect.center().x, rect.top()..=rect.top() + 8.0, tick);
-        ui.painter()
-            .vline(rect.center().x, rect.bottom() - 8.0..=rect.bottom(), tick);
+        sides_ui(ui.painter(), rect);
         let dragged = response.drag_delta().x;
         if dragged != 0.0 {
             // The content follows the pointer.
@@ -79,7 +74,7 @@ impl Preview {
         let response = response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
         if !told {
             response.on_hover_text(
-                "The light around the subject. The ticks mark what is behind the subject. Drag to turn.",
+                "The light around the subject; the camera looks at what is behind. Drag to turn.",
             );
         }
         for (i, light) in look.lighting.placed.iter().enumerate() {
@@ -117,6 +112,33 @@ impl Preview {
         ui.painter()
             .image(turned.texture.id(), rect, whole, Color32::WHITE);
         self.turned = Some(turned);
+    }
+}
+
+/// Where the panorama's columns are, as the camera sees it, with a tick above each word.
+fn sides_ui(painter: &Painter, rect: Rect) {
+    let painter = painter.with_clip_rect(rect);
+    for (share, word, align) in [
+        (0.0, "camera", Align2::LEFT_BOTTOM),
+        (0.25, "left", Align2::CENTER_BOTTOM),
+        (0.5, "behind", Align2::CENTER_BOTTOM),
+        (0.75, "right", Align2::CENTER_BOTTOM),
+        (1.0, "camera", Align2::RIGHT_BOTTOM),
+    ] {
+        let x = rect.left() + share * rect.width();
+        let tick = Rect::from_center_size(pos2(x, rect.bottom()), vec2(1.5, 8.0));
+        painter.rect_filled(tick.expand(1.0), 0.0, Color32::from_black_alpha(150));
+        painter.rect_filled(tick, 0.0, Color32::WHITE);
+        let at = pos2(x + 4.0 * (1.0 - 2.0 * share), rect.bottom() - 5.0);
+        let galley =
+            painter.layout_no_wrap(word.into(), FontId::proportional(12.0), Color32::WHITE);
+        let place = align.anchor_size(at, galley.size());
+        painter.rect_filled(
+            place.expand2(vec2(3.0, 0.0)),
+            2.0,
+            Color32::from_black_alpha(150),
+        );
+        painter.galley(place.min, galley, Color32::WHITE);
     }
 }
 

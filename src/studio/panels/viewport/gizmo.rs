@@ -17,7 +17,8 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
     };
     let center = rect.right_bottom() - Vec2::splat(RADIUS + 2.5 * GAP);
     let area = Rect::from_center_size(center, Vec2::splat(2.0 * RADIUS + 2.0 * GAP));
-    if area.width() * 4.0 > rect.width() {
+    // Over a small picture it would hide the subject.
+    if area.width() * 5.0 > rect.width().min(rect.height() * 1.5) {
         return;
     }
     let response = ui.interact(area, ui.scope_id().with("compass"), Sense::click_and_drag());
@@ -35,7 +36,7 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
     painter.add(egui::Shape::convex_polygon(lens.into(), ring, Stroke::NONE));
     painter.circle_filled(on_ring(center, yaw), 6.0, theme::ACCENT);
     let font = FontId::proportional(12.0);
-    let text = format!("{yaw:.0}°");
+    let text = format!("{:.0}°", within_a_turn(yaw));
     painter.text(center, egui::Align2::CENTER_CENTER, text, font, theme::TEXT);
     if lively {
         ui.ctx().set_cursor_icon(CursorIcon::Grab);
@@ -61,6 +62,11 @@ fn angle(v: Vec2) -> f32 {
     v.x.atan2(-v.y).to_degrees()
 }
 
+/// The same angle, above −180° and up to 180°: a yaw that went round more than once keeps its turns for its keys.
+fn within_a_turn(yaw_deg: f32) -> f32 {
+    180.0 - (180.0 - yaw_deg.round()).rem_euclid(360.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,6 +77,15 @@ mod tests {
             let center = Pos2::new(10.0, 20.0);
             let shown = angle(on_ring(center, yaw) - center);
             assert!((shown - yaw).abs() < 1e-3, "{shown} {yaw}");
+        }
+        for (yaw, shown) in [
+            (442.0, 82.0),
+            (-180.0, 180.0),
+            (180.0, 180.0),
+            (-0.4, 0.0),
+            (-725.0, -5.0),
+        ] {
+            assert_eq!(within_a_turn(yaw), shown);
         }
         // Positive yaw turns the light to camera-right.
         assert!(on_ring(Pos2::ZERO, 90.0).x > 29.0);
