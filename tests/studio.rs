@@ -30,6 +30,8 @@ mod project;
 mod refusals;
 #[path = "studio/review.rs"]
 mod review;
+#[path = "studio/tasks.rs"]
+mod tasks;
 #[path = "studio/training.rs"]
 mod training;
 

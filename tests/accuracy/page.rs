@@ -65,7 +65,15 @@ pub fn write(path: &Path, shoots: &[Shoot], added: &[Added], benches: &[Bench]) 
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         let file: String = shoot.name.chars().map(plain).collect();
         plot::write(&folder.join(format!("{file}.svg")), &shoot.name, &steps)?;
-        text += &section(shoot, &steps, &format!("{stem}/{file}.svg"));
+        // Nobody else has the folder that the figures were measured in.
+        let table = tradeoff::csv(&Ledger {
+            compared_with: format!("truth of the {}", shoot.name),
+            ..shoot.ladder.clone()
+        });
+        write_beside(&folder.join(format!("{file}.csv")), |out| {
+            out.write_all(table.as_bytes())
+        })?;
+        text += &section(shoot, &steps, &format!("{stem}/{file}"));
     }
     if !added.is_empty() {
         text += &poses(added);
@@ -85,8 +93,8 @@ pub fn write(path: &Path, shoots: &[Shoot], added: &[Added], benches: &[Bench]) 
     write_beside(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// What a shoot showed.
-fn section(shoot: &Shoot, steps: &[Step], picture: &str) -> String {
+/// What a shoot showed; plot and table are beside the page, named `stem`.
+fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
     let Shoot {
         name, size, ladder, ..
     } = shoot;
@@ -115,7 +123,10 @@ fn section(shoot: &Shoot, steps: &[Step], picture: &str) -> String {
         );
     }
     text += &methods(shoot, steps);
-    let _ = writeln!(text, "\n![Time for a frame against error]({picture})\n");
+    let _ = writeln!(
+        text,
+        "\n![Time for a frame against error]({stem}.svg)\n\nEvery seed of every rung, with its settings: [table]({stem}.csv).\n"
+    );
     text += &ladder_table(steps);
     for failure in &ladder.failures {
         let _ = writeln!(

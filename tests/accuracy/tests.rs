@@ -81,6 +81,11 @@ fn every_rung_of_a_ladder_has_its_line_and_its_point() -> Result<()> {
     }
     let svg = std::fs::read_to_string(folder.path().join("accuracy/small-stage.svg")).unwrap();
     assert!(svg.contains("<svg") && svg.contains("field=f32"), "{svg}");
+    let table = std::fs::read_to_string(folder.path().join("accuracy/small-stage.csv")).unwrap();
+    assert!(
+        table.lines().count() > 2 && table.contains(",truth of the small stage,"),
+        "{table}"
+    );
     Ok(())
 }
 

@@ -308,6 +308,25 @@ fn at_twice_the_pixels_the_window_is_as_sharp_as_its_display() {
     snapshot(&mut window, "studio_twice");
 }
 
+#[test]
+fn a_larger_window_gives_its_room_to_the_picture() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let picture = |window: &Window| window.get_by_label("Relit picture").rect().size();
+    let small = picture(&window);
+    window.set_size(vec2(1920.0, 1080.0));
+    window.run_steps(4);
+    until_shown(&mut window);
+    let large = picture(&window);
+    let more = vec2(1920.0 - 1280.0, 1080.0 - 720.0);
+    assert!(
+        large.x - small.x > 0.6 * more.x && large.y - small.y > 0.6 * more.y,
+        "{small} became {large}"
+    );
+    snapshot(&mut window, "studio_1080");
+}
+
 /// A press or a release of the first button.
 fn press(pos: egui::Pos2, pressed: bool) -> Event {
     Event::PointerButton {
@@ -358,6 +377,62 @@ fn a_drag_turns_by_what_comes_between_press_and_release() {
         window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
         window.run_steps(2);
         assert_eq!(window.state().state().look.yaw_deg, 0.0, "{place}");
+    }
+}
+
+/// Draws the frames that the window asks for, as a system without events does, until it asks for none.
+fn as_asked(window: &mut Window) {
+    let started = Instant::now();
+    let mut quiet = 0;
+    while quiet < 10 {
+        assert!(started.elapsed() < PATIENCE, "the window asks for frames");
+        std::thread::sleep(Duration::from_millis(40));
+        let wait = window.output().viewport_output[&ViewportId::ROOT].repaint_delay;
+        if window.ctx.has_requested_repaint() || wait < Duration::from_secs(1) {
+            window.step();
+            quiet = 0;
+        } else {
+            quiet += 1;
+        }
+    }
+}
+
+#[test]
+fn where_a_drag_ends_is_shown_without_another_event() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    for place in ["picture", "panorama"] {
+        let panorama = window.get_by_label("Environment").rect();
+        let at = match place {
+            "picture" => MIDDLE,
+            _ => panorama.center() - vec2(40.0, 0.0),
+        };
+        let to = at + vec2(30.0, 0.0);
+        for event in [
+            Event::PointerMoved(at),
+            press(at, true),
+            Event::PointerMoved(to),
+            press(to, false),
+        ] {
+            window.event(event);
+            // The event's own frame; the others are the window's wish.
+            window.step();
+            as_asked(&mut window);
+        }
+        let drawn = window.render().unwrap();
+        window.run_steps(6);
+        let [x, y, width, height] = [
+            panorama.left(),
+            panorama.top(),
+            panorama.width(),
+            panorama.height(),
+        ]
+        .map(|points| points as u32);
+        let crop =
+            |of: &image::RgbaImage| image::imageops::crop_imm(of, x, y, width, height).to_image();
+        let later = window.render().unwrap();
+        assert_eq!(crop(&drawn), crop(&later), "{place}");
     }
 }
 

@@ -70,7 +70,7 @@ fn opened(project: &Project) -> Window {
     window
 }
 
-fn measured_window(folder: &Path) -> (Project, Window) {
+pub fn measured_window(folder: &Path) -> (Project, Window) {
     let project = clay_project(folder);
     measured(&project);
     let window = opened(&project);

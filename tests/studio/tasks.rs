@@ -1,0 +1,216 @@
+//! Five tasks as somebody does them who has not read the guide: with the pointer, on what can be seen. Each click, drag, drop
+//! and key counts, and docs/guide.md says how many they were.
+
+use super::{Window, clay_window, drag, drop_onto, review, until, until_shown, window};
+use afterlight::gpu::DeviceChoice;
+use afterlight::progress::Progress;
+use afterlight::studio::StudioApp;
+use afterlight::virtual_stage::{StageSettings, WrittenAs, write_shoot};
+use egui::{Event, Modifiers, PointerButton, Pos2, Rect, vec2};
+use egui_kittest::kittest::Queryable;
+use std::path::Path;
+
+/// No task may take more.
+const MOST: usize = 12;
+
+/// A hand that counts.
+struct Hand {
+    window: Window,
+    acts: usize,
+}
+
+impl Hand {
+    fn of(window: Window) -> Self {
+        Self { window, acts: 0 }
+    }
+
+    /// Clicks what is called so, which has to be in sight; the one on the right, if there are several.
+    fn click(&mut self, name: &str) {
+        let whole = Rect::from_min_size(Pos2::ZERO, vec2(1280.0, 720.0));
+        let found = self.window.query_all_by_label(name);
+        let places: Vec<Rect> = found.map(|node| node.rect()).collect();
+        let seen = places.iter().filter(|place| whole.contains_rect(**place));
+        let place = seen.max_by(|a, b| a.left().total_cmp(&b.left()));
+        let at = place
+            .unwrap_or_else(|| panic!("{name} is not in sight: {places:?}"))
+            .center();
+        self.click_at(at);
+    }
+
+    fn click_at(&mut self, pos: Pos2) {
+        let press = |pressed| Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        for event in [
+            Event::PointerMoved(pos),
+            press(true),
+            press(false),
+            Event::PointerMoved(pos + vec2(1.0, 0.0)),
+        ] {
+            self.window.event(event);
+        }
+        self.window.run_steps(6);
+        self.acts += 1;
+    }
+
+    fn drag(&mut self, from: Pos2, to: Pos2) {
+        drag(
+            &mut self.window,
+            from,
+            to,
+            PointerButton::Primary,
+            Modifiers::NONE,
+        );
+        self.acts += 1;
+    }
+
+    fn drop(&mut self, path: &Path) {
+        drop_onto(&mut self.window, path);
+        self.acts += 1;
+    }
+
+    /// Waits until something is called so.
+    fn wait(&mut self, name: &str) {
+        super::until_labelled(&mut self.window, name);
+        self.window.run_steps(2);
+    }
+
+    /// The task is done: its count is the guide's.
+    fn done(&mut self, task: &str) {
+        let acts = std::mem::take(&mut self.acts);
+        assert!(acts <= MOST, "{task}: {acts}");
+        let guide = include_str!("../../docs/guide.md");
+        let row = format!("| {task} | {acts} |");
+        assert!(guide.contains(&row), "docs/guide.md should say: {row}");
+    }
+}
+
+#[test]
+fn from_movies_to_a_relit_picture_and_to_a_movie_with_sound() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = crate::temporary();
+    let filmed = folder.path().join("filmed");
+    let stage = StageSettings {
+        frames: 3,
+        size: 32,
+        lamps: 6,
+        poses: 3,
+        written_as: WrittenAs::Movies,
+        ..StageSettings::default()
+    };
+    write_shoot(&filmed, &stage, &Progress::silent()).unwrap();
+    let mut hand = Hand::of(window(|ctx| StudioApp::new(ctx, None, DeviceChoice::Cpu)));
+    hand.window.run();
+    hand.drop(&filmed);
+    until(&mut hand.window, "look at the shoot", |app| {
+        app.wizard().scan().is_some()
+    });
+    hand.click("Make project");
+    hand.wait("Calibrate");
+    hand.click("Calibrate");
+    hand.wait("Train for 10 minutes");
+    hand.click("Train for 10 minutes");
+    until(&mut hand.window, "first relit picture", |app| {
+        app.relit().is_some()
+    });
+    hand.done("First relit picture from movies");
+
+    // The training goes on meanwhile.
+    hand.click("Workspace Export");
+    hand.click("Format movie");
+    hand.click("Codec: H.264");
+    hand.click("ProRes 422 HQ");
+    hand.click("Add to queue");
+    until(&mut hand.window, "the movie", |app| {
+        (app.exports().iter()).any(|export| export.status.sentence().is_some())
+    });
+    hand.done("Export ProRes with sound");
+    let made = std::fs::read_dir(folder.path().join("filmed-project/exports")).unwrap();
+    let movie = made
+        .map(|entry| entry.unwrap().path())
+        .find(|path| path.extension().is_some_and(|e| e == "mov"))
+        .expect("a movie");
+    let streams = std::process::Command::new("ffprobe")
+        .args([
+            "-v",
+            "error",
+            "-show_entries",
+            "stream=codec_name",
+            "-of",
+            "csv=p=0",
+        ])
+        .arg(&movie)
+        .output()
+        .unwrap();
+    let streams = String::from_utf8_lossy(&streams.stdout).into_owned();
+    assert!(
+        streams.contains("prores") && streams.contains("pcm"),
+        "{streams}"
+    );
+}
+
+#[test]
+fn a_key_light_from_the_left_is_two_acts_away() {
+    let folder = crate::temporary();
+    let mut hand = Hand::of(clay_window(folder.path()));
+    until_shown(&mut hand.window);
+    hand.click("Add light");
+    let light = hand.window.get_by_label("Light 1 on the panorama").rect();
+    let panorama = hand.window.get_by_label("Environment").rect();
+    // Beside the camera on its left, above the eyes.
+    let to = panorama.min + vec2(0.15, 0.35) * panorama.size();
+    hand.drag(light.center(), to);
+    until_shown(&mut hand.window);
+    let placed = hand.window.state().state().look.lighting.placed[0].clone();
+    assert!(
+        (-150.0..-100.0).contains(&placed.yaw_deg) && placed.pitch_deg > 10.0,
+        "{placed:?}"
+    );
+    hand.done("Key light from the left");
+}
+
+#[test]
+fn two_panoramas_are_compared() {
+    let folder = crate::temporary();
+    let mut hand = Hand::of(clay_window(folder.path()));
+    until_shown(&mut hand.window);
+    hand.click("Compare");
+    hand.click("Environment");
+    hand.click("sky");
+    until(&mut hand.window, "second picture", |app| {
+        app.relit().is_some_and(|relit| relit.second.is_some())
+    });
+    hand.done("Compare two HDRIs");
+}
+
+#[test]
+fn the_worst_lamp_is_found() {
+    let folder = crate::temporary();
+    let (project, window) = review::measured_window(folder.path());
+    let mut hand = Hand::of(window);
+    let kept = afterlight::evaluation::review::Review::load(&project)
+        .unwrap()
+        .unwrap();
+    // From the workspace that the window opens in.
+    hand.window.get_by_label("Workspace Relight").click();
+    hand.window.run_steps(3);
+    hand.click("Workspace Review");
+    let (case, lamp) = kept.worst(afterlight::evaluation::review::Metric::default())[0];
+    let name = format!("{}, {}", kept.cases[case].name, kept.lamps[lamp]);
+    let entry = hand
+        .window
+        .query_all_by_label_contains(&name)
+        .map(|node| node.rect());
+    let at = entry
+        .max_by(|a, b| a.top().total_cmp(&b.top()))
+        .expect("the worst is listed");
+    assert!(at.bottom() < 720.0, "{at:?} is in sight");
+    hand.click_at(at.center());
+    assert_eq!(hand.window.state().state().cell, Some((case, lamp)));
+    hand.done("Find the worst lamp");
+}
