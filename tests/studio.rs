@@ -1,5 +1,7 @@
 //! The real window, driven headless: what a person does, and what they then see.
 
+#[path = "studio/aiming.rs"]
+mod aiming;
 #[path = "studio/calibrating.rs"]
 mod calibrating;
 #[path = "studio/checking.rs"]

@@ -1,6 +1,7 @@
 //! Light from all directions: lat-long panoramas, environments, the rig of lamps, and the weights that distribute
 //! an environment's energy over the lamps.
 
+pub mod aim;
 pub mod brightest;
 pub mod built_in;
 pub mod conventions;

@@ -94,8 +94,37 @@ impl Lighting {
     /// The range of the intensity in stops.
     pub const STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
-    /// The factor on the environment's radiance per channel; finite and not negative.
+    /// Whether lights placed by hand light the subject alone: one that is on is solo. Then the environment and all other
+    /// lights are off.
+    pub fn is_solo(&self) -> bool {
+        self.placed.iter().any(|light| light.enabled && light.solo)
+    }
+
+    /// Whether a light of this lighting is on, and not silenced by others that are solo.
+    pub fn shines(&self, light: &PlacedLight) -> bool {
+        light.enabled && (light.solo || !self.is_solo())
+    }
+
+    /// What the lights are called that light the subject alone; empty unless [`Self::is_solo`].
+    pub fn solo_titles(&self) -> Vec<String> {
+        let lights = self.placed.iter().enumerate();
+        let solo = lights.filter(|(_, light)| light.enabled && light.solo);
+        solo.map(|(i, light)| light.title(i)).collect()
+    }
+
+    /// A light to add: a softbox, solo if others are, so that it is seen.
+    pub fn another_light(&self) -> PlacedLight {
+        PlacedLight {
+            solo: self.is_solo(),
+            ..PlacedLight::default()
+        }
+    }
+
+    /// The factor on the environment's radiance per channel; finite and not negative. It is 0 if [`Self::is_solo`].
     pub fn gains(&self) -> [f32; 3] {
+        if self.is_solo() {
+            return [0.0; 3];
+        }
         let stops = if self.intensity_stops.is_nan() {
             0.0
         } else {
@@ -174,7 +203,7 @@ impl EnvironmentWeights {
         }
         let (width, height) = self.reduced.radiance.size();
         let mut lights = Image::filled(width, height, [0.0; 3]);
-        for light in &lighting.placed {
+        for light in (lighting.placed.iter()).filter(|light| lighting.shines(light)) {
             light.add_to(&mut lights);
         }
         let lights = Environment::from_radiance("placed", lights);
@@ -341,6 +370,37 @@ mod tests {
         for (a, b) in here.iter().zip(added(&mut lit, 77.0)) {
             assert!((a - b).abs() < 1e-3, "{a} became {b}");
         }
+    }
+
+    #[test]
+    fn solo_lights_shine_alone_and_without_the_environment() {
+        let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
+        let at = |yaw_deg: f32, solo: bool, enabled: bool| PlacedLight {
+            yaw_deg,
+            solo,
+            enabled,
+            ..PlacedLight::default()
+        };
+        let mut weights = |placed: Vec<PlacedLight>, intensity_stops: f32| {
+            let lighting = Lighting {
+                placed,
+                intensity_stops,
+                ..Lighting::default()
+            };
+            lit.weights(&lighting, 20.0, 1.0)
+        };
+        let all = weights(vec![at(90.0, false, true), at(-90.0, false, true)], 0.0);
+        let one = weights(vec![at(90.0, true, true), at(-90.0, false, true)], 0.0);
+        // Lamps of energy 1 have weights that are energies.
+        assert!((energy(&one)[1] / std::f32::consts::PI - 1.0).abs() < 1e-3);
+        assert!(energy(&all)[1] > energy(&one)[1] + std::f32::consts::PI);
+        let alone = weights(vec![at(90.0, true, true)], 3.0);
+        assert_eq!(one, alone, "whatever else there is");
+        let both = weights(vec![at(90.0, true, true), at(-90.0, true, true)], 0.0);
+        assert!((energy(&both)[1] / (2.0 * std::f32::consts::PI) - 1.0).abs() < 1e-3);
+        // A light that is off silences nothing.
+        let off = weights(vec![at(90.0, true, false), at(-90.0, false, true)], 0.0);
+        assert_eq!(off, weights(vec![at(-90.0, false, true)], 0.0));
     }
 
     #[test]

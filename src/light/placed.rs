@@ -45,6 +45,12 @@ pub struct PlacedLight {
     pub intensity: f32,
     /// Whether the light is on.
     pub enabled: bool,
+    /// Whether it lights the subject alone: see [`super::Lighting::shines`].
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub solo: bool,
+    /// What a person calls it; empty if it is called by its number.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub name: String,
 }
 
 impl Default for PlacedLight {
@@ -58,11 +64,35 @@ impl Default for PlacedLight {
             color: [1.0; 3],
             intensity: std::f32::consts::PI,
             enabled: true,
+            solo: false,
+            name: String::new(),
         }
     }
 }
 
 impl PlacedLight {
+    /// Its name; as the light of this index, from 0, it is called by its number if it has none.
+    pub fn title(&self, index: usize) -> String {
+        match self.name.is_empty() {
+            true => format!("Light {}", index + 1),
+            false => self.name.clone(),
+        }
+    }
+
+    /// The same light in this direction from the subject, which may have any length; if that is zero or not finite, it stays
+    /// where it is.
+    #[must_use]
+    pub fn towards(self, direction: glam::Vec3) -> Self {
+        match direction.try_normalize() {
+            Some(glam::Vec3 { x, y, z }) => Self {
+                yaw_deg: x.atan2(-z).to_degrees(),
+                pitch_deg: y.clamp(-1.0, 1.0).asin().to_degrees(),
+                ..self
+            },
+            None => self,
+        }
+    }
+
     /// ∫ L dω per channel: 0 for lights that are off or whose numbers are not finite.
     pub fn energy(&self) -> [f64; 3] {
         let numbers = [self.yaw_deg, self.pitch_deg, self.radius_deg];
@@ -176,7 +206,9 @@ mod tests {
                     radius_deg,
                     color: [1.0, 0.5, 0.0],
                     intensity,
-                    enabled: true,
+                    solo: kind == 1,
+                    name: ["", "Key", "Rim \"2\""][kind].to_owned(),
+                    ..PlacedLight::default()
                 },
             )
     }
@@ -197,6 +229,35 @@ mod tests {
         fn a_light_file_round_trips(light in any_light()) {
             let text = toml::to_string(&light).unwrap();
             prop_assert_eq!(toml::from_str::<PlacedLight>(&text).unwrap(), light);
+        }
+    }
+
+    #[test]
+    fn a_light_of_an_older_file_is_read_and_a_plain_one_is_written_as_before() {
+        let text = r#"{"kind":"area","yaw_deg":10.0,"pitch_deg":5.0,"radius_deg":3.0,"color":[1.0,1.0,1.0],"intensity":2.0,"enabled":true}"#;
+        let light: PlacedLight = serde_json::from_str(text).unwrap();
+        assert!(!light.solo && light.name.is_empty());
+        assert_eq!(light.title(2), "Light 3");
+        assert_eq!(serde_json::to_string(&light).unwrap(), text);
+    }
+
+    #[test]
+    fn a_light_is_where_it_is_put() {
+        for (yaw_deg, pitch_deg) in [(0.0, 0.0), (-135.0, 45.0), (90.0, -80.0), (179.0, 10.0)] {
+            let there = PlacedLight {
+                yaw_deg,
+                pitch_deg,
+                ..PlacedLight::default()
+            };
+            let put = PlacedLight::default().towards(3.0 * there.direction());
+            assert!(
+                (put.yaw_deg - yaw_deg).abs() < 1e-3 && (put.pitch_deg - pitch_deg).abs() < 1e-3
+            );
+        }
+        let up = PlacedLight::default().towards(glam::Vec3::Y);
+        assert!(up.direction().distance(glam::Vec3::Y) < 1e-6);
+        for none in [glam::Vec3::ZERO, glam::Vec3::NAN, glam::Vec3::INFINITY] {
+            assert_eq!(PlacedLight::default().towards(none), PlacedLight::default());
         }
     }
 

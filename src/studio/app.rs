@@ -2,6 +2,7 @@
 //! the picture that the state calls for.
 
 mod accuracy;
+mod aiming;
 mod autosave;
 mod closing;
 mod commands;
@@ -248,6 +249,7 @@ impl StudioApp {
         self.receive_events();
         self.readers.receive(&self.ctx);
         self.machine.receive();
+        self.receive_aim();
         self.make_mattes();
         self.finish_errands();
         self.open_made();
@@ -308,6 +310,7 @@ impl StudioApp {
             shown: &self.shown,
             relit: self.preview.relit.as_ref(),
             texel: self.readers.inspector.texel(),
+            no_aim: self.readers.aim.refusal(),
             exports: &self.exports.queue,
             existing_files: self.exports.destination.found(),
             probe: self.readers.analysis.probe.as_ref(),

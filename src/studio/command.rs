@@ -12,6 +12,7 @@ use calibration::{Circle, Trial};
 use evaluation::review::MarkedOlat;
 use footage::candidate::Slot;
 use footage::{BrushSide, Stroke};
+use glam::Vec3;
 use light::Lighting;
 use light::conventions::Front;
 use light::keyframes::Interpolation;
@@ -26,6 +27,7 @@ use worker::Need;
 pub enum Command {
     Look(LookCommand),
     View(ViewCommand),
+    Aim(AimCommand),
     Window(WindowCommand),
     Calibration(CalibrationCommand),
     Training(TrainingCommand),
@@ -79,6 +81,8 @@ pub enum LookCommand {
     StepExposure(f32),
     /// How the environment's light is turned and graded, and the lights placed by hand.
     Lighting(Box<Lighting>),
+    /// Place a light, or move the one that the same drag has placed.
+    Aim(AimedLight),
     /// What is done to the picture.
     Effects(Effects),
     /// What is shown behind the subject.
@@ -95,6 +99,29 @@ pub enum LookCommand {
     ResetView,
     Undo,
     Redo,
+}
+
+/// A light whose direction follows from a point of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AimedLight {
+    /// Number of the drag: all of a drag is one light and one step of undo.
+    pub drag: u64,
+    /// The frame, and its picture's column and row, on which the light falls.
+    pub frame: usize,
+    pub pixel: [usize; 2],
+    /// From the subject towards the light; a unit vector.
+    pub direction: Vec3,
+}
+
+/// Lights the subject by where the light should fall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AimCommand {
+    /// Have a press on the picture place a light, or turn the environment again.
+    Toggle,
+    /// The pointer was pressed: what follows is another light.
+    Begin,
+    /// The pointer is over this column and row of the picture, or beside it.
+    At(Option<[usize; 2]>),
 }
 
 /// Changes what is shown. It cannot be undone.
@@ -130,6 +157,8 @@ pub enum ViewCommand {
     SoloAlso(usize),
     /// Show the frame under the lamp this many places further.
     StepSolo(isize),
+    /// Choose the light placed by hand that has this index.
+    ChooseLight(Option<usize>),
     /// Read the values of the pixel in this column and row.
     Pixel(Option<[usize; 2]>),
     /// Show another part of the footage, or its mattes.
@@ -178,8 +207,8 @@ pub enum WindowCommand {
     ToggleMachine,
     /// Zoom until a pixel of the picture is one of the screen.
     ActualSize,
-    /// Close what covers the picture, leave full screen, do as [`Self::DismissRefusal`], or light by all lamps again: the first of
-    /// these that applies.
+    /// Close what covers the picture, leave full screen, do as [`Self::DismissRefusal`], stop placing lights on the
+    /// picture, or light by all lamps again: the first of these that applies.
     Dismiss,
     /// Close the message that says why something could not be done.
     DismissRefusal,

@@ -6,6 +6,7 @@ use egui::{
 use std::sync::Arc;
 
 pub const ADD: &str = "\u{E3D4}";
+pub const AIM: &str = "\u{E6FC}";
 pub const CHANNELS: &str = "\u{E192}";
 pub const COMPARE: &str = "\u{E870}";
 pub const COPY: &str = "\u{E1CA}";
@@ -67,8 +68,8 @@ mod tests {
             ui.ctx().fonts_mut(|fonts| {
                 let body = egui::FontId::proportional(14.0);
                 for icon in [
-                    ADD, CHANNELS, COMPARE, COPY, DONE, FIT, FOLDER, FRONT, NEXT, OVER, PANELS,
-                    PAUSE, PLAY, PREVIOUS, QUEUE, REDO, REMOVE, STOP, UNDO, WARNING,
+                    ADD, AIM, CHANNELS, COMPARE, COPY, DONE, FIT, FOLDER, FRONT, NEXT, OVER,
+                    PANELS, PAUSE, PLAY, PREVIOUS, QUEUE, REDO, REMOVE, STOP, UNDO, WARNING,
                 ] {
                     assert!(fonts.has_glyphs(&body, icon), "{icon:?}");
                     assert!(fonts.glyph_width(&body, icon.chars().next().unwrap()) > 8.0);

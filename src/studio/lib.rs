@@ -15,6 +15,7 @@ mod icons;
 mod keyframed;
 mod keys;
 mod layout;
+mod light_aim;
 mod look;
 mod matte_painting;
 mod network_review;

@@ -16,6 +16,7 @@ use super::status::{Phase, Status};
 use super::training::Training;
 use super::wizard::Wizard;
 use benchmark::MachineReport;
+use light::aim::NoAim;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -35,6 +36,8 @@ pub struct PanelContext<'a> {
     pub relit: Option<&'a Arc<PreviewPicture>>,
     /// The light of the probed pixel under each lamp at full power.
     pub texel: Option<&'a [[f32; 3]]>,
+    /// Why no light was placed where the picture was clicked.
+    pub no_aim: Option<NoAim>,
     /// The queue of exports.
     pub exports: &'a [Export],
     /// Which files of the next export exist already.

@@ -1,6 +1,6 @@
 //! What the window shows, as plain data, and how commands change it.
 
-use super::command::{Dialog, LookCommand, ViewCommand};
+use super::command::{AimedLight, Dialog, LookCommand, ViewCommand};
 use super::comparison::{CompareMode, CompareSettings};
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
@@ -84,6 +84,10 @@ pub struct State {
     pub compare: CompareSettings,
     /// Where errors are expected lies over the picture.
     pub doubts: bool,
+    /// A press on the picture places a light.
+    pub aims: bool,
+    /// The light placed by hand that was chosen last, by its index; see [`Self::chosen_light`].
+    light: Option<usize>,
     /// Number of the rig's lamps, once it is known.
     pub lamps: usize,
     /// Lamps of the shoot that the network is trained with.
@@ -122,6 +126,11 @@ pub struct State {
     redo: Vec<LookSettings>,
     /// The kind of change that a drag makes: all of it is undone at once.
     dragging: Option<Discriminant<LookCommand>>,
+    /// How often a press began to place a light, and for which of them a light was placed.
+    aim_drag: u64,
+    placed_for: u64,
+    /// The light that the newest step of undo has placed, and its index.
+    aimed: Option<(AimedLight, usize)>,
 }
 
 impl State {
@@ -138,6 +147,8 @@ impl State {
             wipe: 0.5,
             compare: CompareSettings::default(),
             doubts: false,
+            aims: false,
+            light: None,
             solo: Vec::new(),
             lamps: 0,
             shoot_lamps: 0,
@@ -161,6 +172,9 @@ impl State {
             undo: Vec::new(),
             redo: Vec::new(),
             dragging: None,
+            aim_drag: 0,
+            placed_for: 0,
+            aimed: None,
         }
     }
 
@@ -200,6 +214,28 @@ impl State {
         !self.redo.is_empty()
     }
 
+    /// The light placed by hand that was chosen last, by its index, if it is still there.
+    pub fn chosen_light(&self) -> Option<usize> {
+        let lights = self.look.lighting.placed.len();
+        self.light.filter(|&light| light < lights)
+    }
+
+    /// Begins to place another light.
+    pub fn begin_aim(&mut self) {
+        self.aim_drag += 1;
+    }
+
+    /// Number of the drag that places a light.
+    pub fn aim_drag(&self) -> u64 {
+        self.aim_drag
+    }
+
+    /// Where on the picture of a frame the light falls that was placed last, if nothing was changed since.
+    pub fn aimed_at(&self, frame: usize) -> Option<[usize; 2]> {
+        let (aimed, _) = self.aimed.as_ref()?;
+        (aimed.frame == frame).then_some(aimed.pixel)
+    }
+
     /// Whether a setting is being dragged.
     pub fn is_dragged(&self) -> bool {
         self.dragging.is_some()
@@ -212,10 +248,10 @@ impl State {
 
     /// Changes the settings. What a drag changes is one step of undo, and what changes nothing is none.
     ///
-    /// Another environment ends [`Self::solo`]: it would change nothing that is seen.
+    /// Another environment ends [`Self::solo`], and so does a light: it would change nothing that is seen.
     pub fn change(&mut self, command: LookCommand) {
         let lit_by = self.look.environment;
-        let chosen = matches!(command, LookCommand::Environment(_));
+        let chosen = matches!(command, LookCommand::Environment(_) | LookCommand::Aim(_));
         let list = match command {
             LookCommand::AddEnvironments(_) => Some(self.look.environments.clone()),
             _ => None,
@@ -258,6 +294,7 @@ impl State {
             LookCommand::Exposure(stops) => look.expose(stops),
             LookCommand::StepExposure(stops) => look.expose(look.exposure_stops + stops),
             LookCommand::Lighting(lighting) => look.lighting = *lighting,
+            LookCommand::Aim(aimed) => return self.aim(aimed),
             LookCommand::Effects(effects) => look.effects = effects.bounded(),
             LookCommand::Background(background) => look.background = background,
             LookCommand::Inspect(inspection) => look.inspect(inspection),
@@ -274,7 +311,32 @@ impl State {
             }
             self.redo.clear();
             self.look = look;
+            self.aimed = None;
         }
+    }
+
+    /// Places a light, or moves the one that the same drag has placed. What was asked for before something else was changed or
+    /// undone comes too late.
+    fn aim(&mut self, aimed: AimedLight) {
+        let same = self.aimed.filter(|(last, _)| last.drag == aimed.drag);
+        let index = match same {
+            Some((_, index)) => index,
+            None if aimed.drag <= self.placed_for => return,
+            None => {
+                self.undo.push(self.look.clone());
+                let lighting = &mut self.look.lighting;
+                lighting.placed.push(lighting.another_light());
+                lighting.placed.len() - 1
+            }
+        };
+        if let Some(light) = self.look.lighting.placed.get_mut(index) {
+            *light = light.clone().towards(aimed.direction);
+        }
+        self.redo.clear();
+        self.placed_for = aimed.drag;
+        self.aimed = Some((aimed, index));
+        self.light = Some(index);
+        self.dragging = Some(discriminant(&LookCommand::Aim(aimed)));
     }
 
     /// Takes a panorama out of the list that was added since the window was opened and cannot be read, and shows the one that
@@ -349,6 +411,7 @@ impl State {
                 let lamp = next(self.solo.first().copied(), step, self.lamps);
                 self.solo = lamp.into_iter().collect();
             }
+            ViewCommand::ChooseLight(light) => self.light = light,
             ViewCommand::Pixel(pixel) => self.probed = pixel,
             ViewCommand::Footage(view) => self.footage = view,
             ViewCommand::Frame(frame) => self.go(frame),
@@ -396,6 +459,7 @@ impl State {
             // It may have been left at another frame.
             self.look.follow(self.frame);
         }
+        self.aimed = None;
         self.dragging = None;
     }
 
@@ -531,6 +595,66 @@ mod tests {
         assert_eq!(s.solo, [4]);
         s.show(ViewCommand::Solo(None));
         assert!(s.solo.is_empty() && !s.can_undo());
+    }
+
+    fn aimed(drag: u64, direction: glam::Vec3) -> LookCommand {
+        LookCommand::Aim(AimedLight {
+            drag,
+            frame: 3,
+            pixel: [drag as usize, 2],
+            direction,
+        })
+    }
+
+    #[test]
+    fn a_light_follows_its_drag_and_all_of_that_is_undone_at_once() {
+        use glam::Vec3;
+        let mut s = state();
+        s.show(ViewCommand::Solo(Some(4)));
+        s.begin_aim();
+        s.change(aimed(1, Vec3::Z));
+        assert!(s.solo.is_empty() && s.is_dragged());
+        s.change(aimed(1, Vec3::X));
+        // The last answer may come after the pointer was released.
+        s.release();
+        s.change(aimed(1, Vec3::NEG_X));
+        s.release();
+        assert_eq!(s.look.lighting.placed.len(), 1);
+        assert_eq!(s.look.lighting.placed[0].yaw_deg, -90.0);
+        assert_eq!(
+            (s.chosen_light(), s.aimed_at(3), s.aimed_at(4)),
+            (Some(0), Some([1, 2]), None)
+        );
+        s.begin_aim();
+        s.change(aimed(2, Vec3::Z));
+        assert_eq!(
+            (s.look.lighting.placed.len(), s.chosen_light()),
+            (2, Some(1))
+        );
+        s.change(LookCommand::Undo);
+        assert_eq!((s.look.lighting.placed.len(), s.chosen_light()), (1, None));
+        s.change(LookCommand::Undo);
+        assert_eq!(s.look, state().look);
+        assert!(!s.can_undo());
+    }
+
+    #[test]
+    fn what_a_drag_asked_for_before_it_was_undone_comes_too_late() {
+        use glam::Vec3;
+        let mut s = state();
+        s.begin_aim();
+        s.change(aimed(1, Vec3::Z));
+        s.change(LookCommand::Undo);
+        s.change(aimed(1, Vec3::X));
+        assert!(s.look.lighting.placed.is_empty() && s.can_redo());
+        s.begin_aim();
+        s.change(aimed(2, Vec3::Z));
+        s.change(LookCommand::StepExposure(0.5));
+        s.change(aimed(2, Vec3::X));
+        assert_eq!(
+            s.look.lighting.placed[0].yaw_deg, 180.0,
+            "another change ended the drag"
+        );
     }
 
     #[test]

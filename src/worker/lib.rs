@@ -65,6 +65,8 @@ use compositor::{Field, Plate};
 use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
 use job_thread::{JobRequest, JobThread, Task};
+use light::Rig;
+use light::aim::LampResponses;
 use mailbox::Mailbox;
 use messages::{NetworkRequest, RelighterRequest};
 use network::Network;
@@ -105,6 +107,22 @@ impl PredictedFrame {
     /// The pixel of its field that a pixel of its pictures belongs to; None if the network sees none of it.
     pub fn working_pixel(&self, pixel: [usize; 2]) -> Option<[usize; 2]> {
         (self.plate.as_ref()).map_or(Some(pixel), |plate| plate.working_pixel(pixel))
+    }
+
+    /// How bright each pixel of its field is under each lamp of the rig. Waits for a field on a GPU: do not call it on the
+    /// window's thread.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn responses(&self, rig: &Rig) -> Result<LampResponses, Error> {
+        let lamps = self.field.lamps();
+        LampResponses::of(rig, &self.frame.mask, |lamp| {
+            let mut alone = vec![[0.0; 3]; lamps];
+            if let Some(weight) = alone.get_mut(lamp) {
+                *weight = [1.0; 3];
+            }
+            self.field.relight(&alone)
+        })
     }
 }
 

@@ -25,6 +25,7 @@ impl StudioApp {
                 }
             }
             Command::View(command) => self.state.show(command),
+            Command::Aim(command) => self.apply_to_aim(command),
             Command::Window(command) => self.apply_to_window(command),
             Command::Calibration(command) => self.apply_to_calibration(command),
             Command::Training(command) => self.apply_to_training(command),

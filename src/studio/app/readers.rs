@@ -4,6 +4,7 @@ use crate::accuracy::Accuracy;
 use crate::calibration_analysis::CalibrationAnalysis;
 use crate::footage_reader::FootageReader;
 use crate::layout::Pane;
+use crate::light_aim::LightAim;
 use crate::matte_painting::MattePainting;
 use crate::network_review::NetworkReview;
 use crate::pixel_inspector::PixelInspector;
@@ -27,6 +28,7 @@ pub struct Readers {
     pub footage: FootageReader,
     pub matte: MattePainting,
     pub inspector: PixelInspector,
+    pub aim: LightAim,
 }
 
 impl Readers {

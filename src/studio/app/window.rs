@@ -1,7 +1,7 @@
 //! How the window is arranged, and what covers it.
 
 use super::StudioApp;
-use crate::command::{ViewCommand, WindowCommand};
+use crate::command::{AimCommand, ViewCommand, WindowCommand};
 use crate::layout::Pane;
 use crate::state::View;
 use egui::ViewportCommand;
@@ -44,6 +44,9 @@ impl StudioApp {
             WindowCommand::Dismiss if state.full_screen => self.fill_screen(false),
             WindowCommand::Dismiss if self.status.refusal.is_none() && state.cell.is_some() => {
                 state.cell = None;
+            }
+            WindowCommand::Dismiss if self.status.refusal.is_none() && state.aims => {
+                self.apply_to_aim(AimCommand::Toggle);
             }
             WindowCommand::Dismiss if self.status.refusal.is_none() => state.solo.clear(),
             WindowCommand::Dismiss | WindowCommand::DismissRefusal => self.status.refusal = None,

@@ -1,8 +1,8 @@
 //! The table of keys.
 
-use crate::command::Command::{Calibration, Export, Job, Look, Matte, Training, View, Window};
+use crate::command::Command::{Aim, Calibration, Export, Job, Look, Matte, Training, View, Window};
 use crate::command::{
-    CalibrationCommand, Command, ExportCommand, JobCommand, LookCommand, MatteCommand,
+    AimCommand, CalibrationCommand, Command, ExportCommand, JobCommand, LookCommand, MatteCommand,
     TrainingCommand, ViewCommand, WindowCommand,
 };
 use crate::keyframed::Keyframed;
@@ -159,6 +159,7 @@ pub const BINDINGS: &[Binding] = &[
     on(NONE, Key::Escape, Window(WindowCommand::Dismiss), "Close what covers the picture"),
     on(NONE, Key::W, View(ViewCommand::ToggleWipe), "Wipe between two pictures"),
     on(NONE, Key::Q, View(ViewCommand::ToggleSecond), "Switch between two pictures"),
+    on(NONE, Key::H, Aim(AimCommand::Toggle), "Light by the face"),
     on(NONE, Key::D, View(ViewCommand::ToggleDoubts), "Show where errors are expected"),
     on(NONE, Key::R, channel(Channel::Red), "Red channel"),
     on(NONE, Key::G, channel(Channel::Green), "Green channel"),

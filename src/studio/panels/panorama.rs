@@ -3,7 +3,7 @@
 use super::environments::panorama_ui;
 use super::front;
 use super::sphere::{place, share};
-use crate::command::{Command, LookCommand};
+use crate::command::{Command, LookCommand, ViewCommand};
 use crate::environment_library::{EnvironmentEntry, PanoramaState};
 use crate::keys;
 use crate::panel_context::PanelContext;
@@ -77,8 +77,17 @@ impl Preview {
                 "The light around the subject; the camera looks at what is behind. Drag to turn.",
             );
         }
+        let chosen = context.state.chosen_light();
         for (i, light) in look.lighting.placed.iter().enumerate() {
-            if let Some(moved) = dot_ui(ui, rect, i, light) {
+            let is = Standing {
+                chosen: chosen == Some(i),
+                shines: look.lighting.shines(light),
+            };
+            let (moved, chooses) = dot_ui(ui, rect, i, light, is);
+            if chooses && !is.chosen {
+                out.push(Command::View(ViewCommand::ChooseLight(Some(i))));
+            }
+            if let Some(moved) = moved {
                 let mut lighting = look.lighting.clone();
                 lighting.placed[i] = moved;
                 out.push(Command::Look(LookCommand::Lighting(Box::new(lighting))));
@@ -181,23 +190,38 @@ fn areas_ui(ui: &Ui, context: &PanelContext, rect: Rect, areas: &[Area], turn: Q
     told
 }
 
-/// The dot of a placed light. Returns the light after a drag or an arrow key has moved it.
-fn dot_ui(ui: &Ui, rect: Rect, number: usize, light: &PlacedLight) -> Option<PlacedLight> {
+/// How a placed light stands among the others.
+#[derive(Clone, Copy)]
+struct Standing {
+    chosen: bool,
+    /// It is on, and no other light is solo.
+    shines: bool,
+}
+
+/// The dot of a placed light. Returns the light after a drag or an arrow key has moved it, and whether it was chosen.
+fn dot_ui(
+    ui: &Ui,
+    rect: Rect,
+    number: usize,
+    light: &PlacedLight,
+    is: Standing,
+) -> (Option<PlacedLight>, bool) {
     let at = place(rect, light.direction());
     let spot = Rect::from_center_size(at, Vec2::splat(2.5 * DOT));
     let id = ui.scope_id().with(("light", number));
     let response = ui.interact(spot, id, Sense::click_and_drag());
-    let name = format!("Light {} on the panorama", number + 1);
+    let name = format!("{} on the panorama", light.title(number));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, &name));
-    if response.clicked() || response.drag_started() {
+    let chooses = response.clicked() || response.drag_started();
+    if chooses {
         response.request_focus();
     }
-    let fill = if light.enabled {
+    let fill = if is.shines {
         theme::ACCENT
     } else {
         theme::QUIET
     };
-    let edge = if response.has_focus() {
+    let edge = if response.has_focus() || is.chosen {
         Stroke::new(2.0, Color32::WHITE)
     } else {
         Stroke::new(1.5, Color32::BLACK)
@@ -215,12 +239,13 @@ fn dot_ui(ui: &Ui, rect: Rect, number: usize, light: &PlacedLight) -> Option<Pla
         "{name}: drag it, or click it and use the arrow keys (1°, with Shift 10°)"
     ));
     let stepped = stepped.map(|by| (light.yaw_deg + by.x, light.pitch_deg + by.y));
-    dragged.or(stepped).map(|(yaw_deg, pitch_deg)| PlacedLight {
+    let moved = dragged.or(stepped).map(|(yaw_deg, pitch_deg)| PlacedLight {
         // The azimuth wraps around, the elevation stops at the poles.
         yaw_deg: 180.0 - (180.0 - yaw_deg).rem_euclid(360.0),
         pitch_deg: pitch_deg.clamp(-90.0, 90.0),
         ..light.clone()
-    })
+    });
+    (moved, chooses)
 }
 
 /// Degrees to the right and up by which the arrow keys move the focused light.

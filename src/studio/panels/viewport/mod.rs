@@ -1,5 +1,6 @@
 //! The picture, alone or compared with another; if there is none, what is needed to make one.
 
+mod aim;
 pub mod cell;
 mod doubts;
 mod gizmo;
@@ -135,10 +136,16 @@ impl ViewportPanel {
                 rect.min.y = bar.bottom();
                 let below = rect.with_min_y(rect.bottom() - readout::HEIGHT);
                 rect.max.y = below.top();
-                gestures(ui, rect, shown.wiped(rect, context), out);
+                let aims = context.state.aims;
+                let response = gestures(ui, rect, shown.wiped(rect, context), aims, out);
                 let (place, fit) = pictures_ui(ui, rect, shown, context, out);
                 self.fit = fit;
-                if let Some((pixel, second)) = shown.under(ui, rect, place, context) {
+                let under = shown.under(ui, rect, place, context);
+                if aims {
+                    let pixel = under.map(|(pixel, _)| pixel);
+                    aim::aim_ui(ui, &response, pixel, (&shown.relit, place), context, out);
+                }
+                if let Some((pixel, second)) = under {
                     self.second = second;
                     // The last pixel is kept while the cursor moves to the panel that shows it.
                     if Some(pixel) != context.state.probed {
@@ -362,14 +369,20 @@ fn wipe_to(place: Rect, at: Pos2) -> Command {
 }
 
 /// Drags and the wheel. Where two pictures are wiped, a drag moves the line over `wiped`, the picture's place; else it turns the
-/// light.
-fn gestures(ui: &Ui, rect: Rect, wiped: Option<Rect>, out: &mut Vec<Command>) {
+/// light, unless it `aims` another.
+fn gestures(
+    ui: &Ui,
+    rect: Rect,
+    wiped: Option<Rect>,
+    aims: bool,
+    out: &mut Vec<Command>,
+) -> Response {
     let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Relit picture"));
     let shift = ui.input(|i| i.modifiers.shift);
     let delta = response.drag_delta();
     let by = |button| response.dragged_by(button);
-    if by(PointerButton::Primary) {
+    if by(PointerButton::Primary) && !(aims && aim::takes(ui, &response)) {
         match (wiped, response.interact_pointer_pos()) {
             (Some(place), Some(at)) => out.push(wipe_to(place, at)),
             _ => out.push(Command::Look(LookCommand::Turn(
@@ -384,6 +397,7 @@ fn gestures(ui: &Ui, rect: Rect, wiped: Option<Rect>, out: &mut Vec<Command>) {
         out.push(Command::View(ViewCommand::Pan(delta.into())));
     }
     zoom(ui, &response, rect, out);
+    response
 }
 
 /// The wheel and a pinch over what is in `rect`.

@@ -81,6 +81,9 @@ pub fn strip_ui(ui: &Ui, rect: Rect, context: &PanelContext, relit: &PreviewPict
     let state = context.state;
     let light = match state.solo.first() {
         Some(&lamp) => format!("{} alone", context.lamps_named(lamp)),
+        None if relit.scene.lighting.is_solo() => {
+            format!("{} alone", relit.scene.lighting.solo_titles().join(", "))
+        }
         None => relit.environment.clone(),
     };
     let mut job = LayoutJob::default();

@@ -1,7 +1,8 @@
-//! The bar above the picture: comparison, zoom, channels and the pixel under the cursor.
+//! The bar above the picture: comparison, zoom, channels and lights placed by the face.
 
 use crate::command::{
-    Command, Dialog, ExportCommand, LookCommand, TrainingCommand, ViewCommand, WindowCommand,
+    AimCommand, Command, Dialog, ExportCommand, LookCommand, TrainingCommand, ViewCommand,
+    WindowCommand,
 };
 use crate::comparison::{CompareMode, CompareSettings, Reference};
 use crate::export_options::ExportOptions;
@@ -19,7 +20,7 @@ use scene::Inspection;
 
 /// Height of a row in points, and what the buttons on the right take.
 const HEIGHT: f32 = 32.0;
-const RIGHT: f32 = 200.0;
+const RIGHT: f32 = 236.0;
 
 /// Where the width that the buttons on the left took last is kept.
 fn left_id() -> egui::Id {
@@ -101,6 +102,7 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
                     out.push(Command::View(ViewCommand::Fit));
                 }
                 channels_ui(ui, context, out);
+                aim_ui(ui, context, out);
             });
         });
     });
@@ -287,6 +289,20 @@ fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         menu.0.on_hover_text("Which channel is shown"),
         "Channels".to_owned(),
     );
+}
+
+/// Whether a press on the picture places a light.
+fn aim_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let aims = context.state.aims;
+    let color = if aims { theme::ACCENT } else { theme::TEXT };
+    let icon = RichText::new(icons::AIM).size(16.0).color(color);
+    let response = ui.add(Button::selectable(aims, icon).frame_when_inactive(true));
+    let name = "Light by the face";
+    response.widget_info(|| WidgetInfo::selected(Role::Button, true, aims, name));
+    let hint = "Light by the face: click where a light should fall, and drag to move it. Key: H";
+    if response.on_hover_text(hint).clicked() {
+        out.push(Command::Aim(AimCommand::Toggle));
+    }
 }
 
 /// The lamps shown alone, as a button that returns to the environment.

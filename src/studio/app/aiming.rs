@@ -1,0 +1,45 @@
+//! Light by the face: a press on the picture places a light, and it follows the pointer.
+
+use super::StudioApp;
+use crate::command::{AimCommand, AimedLight, Command, LookCommand};
+use crate::light_aim::AimQuestion;
+
+impl StudioApp {
+    pub(super) fn apply_to_aim(&mut self, command: AimCommand) {
+        match command {
+            AimCommand::Toggle => {
+                self.state.aims = !self.state.aims;
+                self.readers.aim.clear();
+            }
+            AimCommand::Begin => self.state.begin_aim(),
+            AimCommand::At(pixel) => {
+                if let Some(relit) = &self.preview.relit {
+                    let question = AimQuestion {
+                        of: relit.predicted.clone(),
+                        rig: relit.rig.clone(),
+                        pixel,
+                        drag: self.state.aim_drag(),
+                    };
+                    let wake = self.wake();
+                    self.readers.aim.ask(question, wake);
+                }
+            }
+        }
+    }
+
+    /// Places or moves the light as directions are found.
+    pub(super) fn receive_aim(&mut self) {
+        let (found, failure) = self.readers.aim.receive();
+        for (question, direction) in found {
+            if let Some(pixel) = question.pixel {
+                self.apply(Command::Look(LookCommand::Aim(AimedLight {
+                    drag: question.drag,
+                    frame: question.of.frame.index,
+                    pixel,
+                    direction,
+                })));
+            }
+        }
+        failure.into_iter().for_each(|it| self.status.refuse(it));
+    }
+}

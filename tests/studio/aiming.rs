@@ -1,0 +1,187 @@
+//! Lights placed by the face, and lights that light the subject alone.
+
+use super::{Window, clay_window, drag, picture, until, until_shown};
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
+use egui_kittest::kittest::Queryable;
+
+/// The place in the window of a pixel of the fitted picture, which has 64 by 64.
+fn place(window: &Window, x: f32, y: f32) -> Pos2 {
+    let pane = window.get_by_label("Relit picture").rect();
+    let point = (pane.width().min(pane.height()) - 32.0) / 64.0;
+    pane.center() + point * vec2(x - 32.0, y - 32.0)
+}
+
+fn click(window: &mut Window, at: Pos2) {
+    window.hover_at(at);
+    window.drag_at(at);
+    window.drop_at(at);
+    window.run_steps(3);
+}
+
+fn lights(window: &Window) -> &[afterlight::light::PlacedLight] {
+    &window.state().state().look.lighting.placed
+}
+
+fn until_lights(window: &mut Window, count: usize) {
+    until(window, "placed light", |app| {
+        app.state().look.lighting.placed.len() == count
+    });
+    until_shown(window);
+}
+
+fn undo(window: &mut Window) {
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(window);
+}
+
+#[test]
+fn a_click_on_the_left_cheek_places_a_light_from_camera_left() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let before = picture(&window);
+    window.key_press(Key::H);
+    window.run_steps(2);
+    window.get_by_label_contains("Click where a light should fall");
+    // The ball's middle is in column 26, its radius 22 pixels.
+    let cheek = place(&window, 12.0, 32.0);
+    click(&mut window, cheek);
+    until_lights(&mut window, 1);
+    let to = lights(&window)[0].direction();
+    assert!(to.x < -0.4 && to.z > 0.0 && to.y.abs() < 0.4, "{to}");
+    assert_eq!(window.state().state().chosen_light(), Some(0));
+    assert_eq!(window.state().state().look.yaw_deg, 0.0, "the light stays");
+    assert_ne!(picture(&window), before);
+    super::snapshot(&mut window, "studio_aim");
+    let forehead = place(&window, 26.0, 18.0);
+    click(&mut window, forehead);
+    until_lights(&mut window, 2);
+    let to = lights(&window)[1].direction();
+    assert!(to.y > 0.4 && to.x.abs() < 0.4, "{to}");
+    undo(&mut window);
+    assert_eq!(lights(&window).len(), 1);
+    undo(&mut window);
+    assert_eq!(picture(&window), before);
+}
+
+#[test]
+fn a_drag_over_the_face_moves_one_light_and_is_undone_at_once() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    window.get_by_label("Light by the face").click();
+    window.run_steps(2);
+    let (from, to) = (place(&window, 12.0, 32.0), place(&window, 40.0, 32.0));
+    drag(
+        &mut window,
+        from,
+        to,
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    until(&mut window, "light from camera right", |app| {
+        let light = app.state().look.lighting.placed.first();
+        light.is_some_and(|light| light.direction().x > 0.4)
+    });
+    until_shown(&mut window);
+    assert_eq!(lights(&window).len(), 1);
+    undo(&mut window);
+    assert!(lights(&window).is_empty());
+    assert!(!window.state().state().can_undo());
+}
+
+#[test]
+fn a_click_beside_the_subject_places_nothing_and_says_so() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    window.key_press(Key::H);
+    window.run_steps(2);
+    let wall = place(&window, 60.0, 4.0);
+    click(&mut window, wall);
+    let started = std::time::Instant::now();
+    while window
+        .query_by_label_contains("this is not the subject")
+        .is_none()
+    {
+        assert!(
+            started.elapsed() < test_support::PATIENCE,
+            "nothing is said"
+        );
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        window.step();
+    }
+    assert!(lights(&window).is_empty() && !window.state().state().can_undo());
+    // With Ctrl a drag turns the environment, and after Esc without it, too.
+    let middle = super::MIDDLE;
+    drag(
+        &mut window,
+        middle,
+        middle + vec2(50.0, 0.0),
+        PointerButton::Primary,
+        Modifiers::COMMAND,
+    );
+    let turned = window.state().state().look.yaw_deg;
+    assert!(turned > 10.0 && lights(&window).is_empty(), "{turned}");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(
+        window
+            .query_by_label_contains("this is not the subject")
+            .is_none()
+    );
+    drag(
+        &mut window,
+        middle,
+        middle + vec2(50.0, 0.0),
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    assert!(window.state().state().look.yaw_deg > turned + 10.0);
+    assert!(lights(&window).is_empty());
+}
+
+#[test]
+fn a_solo_light_lights_the_subject_alone_and_lights_have_names() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    window.get_by_label("Add light").click();
+    until_lights(&mut window, 1);
+    let all = picture(&window);
+    window.get_by_label("Solo Light 1").click();
+    until_shown(&mut window);
+    window.get_by_label("Solo: only Light 1 lights the subject");
+    let alone = picture(&window);
+    assert_ne!(alone, all);
+    assert_eq!(alone[..3], [0; 3], "there is no environment behind it");
+    // The environment is off: its rotation changes nothing.
+    let middle = super::MIDDLE;
+    drag(
+        &mut window,
+        middle,
+        middle + vec2(60.0, 0.0),
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    until_shown(&mut window);
+    assert!(window.state().state().look.yaw_deg > 10.0);
+    assert_eq!(picture(&window), alone);
+
+    window
+        .get_by_role_and_label(Role::TextInput, "Name of Light 1")
+        .click();
+    window.run_steps(3);
+    window.event(Event::Text("Key".to_owned()));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    assert_eq!(lights(&window)[0].name, "Key");
+    window.get_by_label("Solo: only Key lights the subject");
+    window.get_by_label("Key on the panorama");
+    undo(&mut window);
+    assert!(lights(&window)[0].name.is_empty() && lights(&window)[0].solo);
+    window.get_by_label("Solo Light 1").click();
+    until_shown(&mut window);
+    assert_ne!(picture(&window), alone);
+}
