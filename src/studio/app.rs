@@ -17,6 +17,7 @@ mod picker;
 mod preview;
 mod projects;
 mod readers;
+mod review;
 mod session;
 mod view;
 mod window;
