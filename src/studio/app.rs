@@ -18,6 +18,7 @@ mod picker;
 mod preview;
 mod projects;
 mod readers;
+mod review;
 mod session;
 mod view;
 mod window;

@@ -1,15 +1,16 @@
 //! What a person can ask for. Panels emit commands; the application applies them. Each group is matched
 //! exhaustively by the code that handles it: a command without an effect does not compile.
 
-use super::comparison::CompareSettings;
+use super::comparison::{CellPicture, CompareSettings};
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
 use super::keyframed::Keyframed;
 use super::layout::{Pane, Workspace};
+use super::region::Region;
 use super::training::TrainChoice;
 use super::wizard::Plan;
 use calibration::{Circle, Trial};
-use evaluation::review::MarkedOlat;
+use evaluation::review::{Mark, MarkedOlat, Metric};
 use footage::candidate::Slot;
 use footage::{BrushSide, Stroke};
 use glam::Vec3;
@@ -151,6 +152,14 @@ pub enum ViewCommand {
     ToggleDoubts,
     /// Show a measured frame or pose and lamp beside the truth; None to end that.
     Cell(Option<(usize, usize)>),
+    /// Show this picture of the cell alone; None for all three.
+    Enlarge(Option<CellPicture>),
+    /// Show the cell's prediction alone, or its truth in place of that.
+    FlipCell,
+    /// Order measured cells by this metric.
+    Metric(Metric),
+    /// Multiply differences by one of [`super::comparison::GAINS`].
+    Gain(f32),
     /// Show the frame under this lamp alone; None for the environment.
     Solo(Option<usize>),
     /// Add this lamp to those that are shown, or remove it.
@@ -161,6 +170,8 @@ pub enum ViewCommand {
     ChooseLight(Option<usize>),
     /// Read the values of the pixel in this column and row.
     Pixel(Option<[usize; 2]>),
+    /// Read the means of this part of the picture; None for pixels alone.
+    Region(Option<Region>),
     /// Show another part of the footage, or its mattes.
     Footage(FootageView),
     /// Go to this frame; playing stops.
@@ -208,7 +219,8 @@ pub enum WindowCommand {
     /// Zoom until a pixel of the picture is one of the screen.
     ActualSize,
     /// Close what covers the picture, leave full screen, do as [`Self::DismissRefusal`], stop placing lights on the
-    /// picture, or light by all lamps again: the first of these that applies.
+    /// picture, show all pictures of a cell, leave the cell, read pixels instead of a region, or light by all lamps again: the
+    /// first of these that applies.
     Dismiss,
     /// Close the message that says why something could not be done.
     DismissRefusal,
@@ -265,6 +277,12 @@ pub enum ReviewCommand {
     Report(PathBuf),
     /// Save a verdict and a note.
     Mark(Box<MarkedOlat>),
+    /// Give the chosen cell a verdict.
+    Verdict(Mark),
+    /// Choose a cell, by its indices of case and lamp in the review, and show it beside its truth.
+    Choose((usize, usize)),
+    /// Choose the worst cell after the chosen one that has no verdict.
+    NextWorst,
     /// Find out which frames are unlike every pose and, in so many minutes of training, how large errors are.
     Trust(Option<f64>),
 }
@@ -339,8 +357,8 @@ pub enum ProjectCommand {
     Locate(PathBuf),
     /// Work with this square of the pictures. What was made with another is put aside.
     Reframe(Framing),
-    /// Read the thumbnails of these frames.
-    Thumbnails(Vec<usize>),
+    /// Read the thumbnails of these frames, which this pane has room for.
+    Thumbnails(Pane, Vec<usize>),
 }
 
 /// What concerns any job.

@@ -36,6 +36,30 @@ pub enum CompareMode {
     Difference,
 }
 
+/// What the difference of two pictures can be multiplied by.
+pub const GAINS: [f32; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
+
+/// A picture of a measured cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CellPicture {
+    Prediction,
+    Truth,
+    Difference,
+}
+
+impl CellPicture {
+    /// All of them, from left to right.
+    pub const ALL: [Self; 3] = [Self::Prediction, Self::Truth, Self::Difference];
+
+    /// The truth after the prediction, and the prediction after any other.
+    pub fn flipped(shown: Option<Self>) -> Self {
+        match shown {
+            Some(Self::Prediction) => Self::Truth,
+            _ => Self::Prediction,
+        }
+    }
+}
+
 /// The comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompareSettings {

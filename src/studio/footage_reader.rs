@@ -1,18 +1,19 @@
 //! Reads the pictures of interview and exemplars as they were filmed, when the pane shows them.
 
+use super::layout::Pane;
 use base::error::Result;
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use imaging::resample::resize_area;
 use imaging::{Encoded, Image, Mask};
 use project::{Matte, Picture, Project};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use worker::{Lookup, SrgbPicture};
 
 /// Longer sides of a picture and of a thumbnail in pixels: sharp on a screen with two pixels per point.
 const PICTURE_PX: usize = 2560;
 const THUMBNAIL_PX: usize = 128;
-/// How many thumbnails stay in memory.
+/// How many thumbnails of a pane stay in memory.
 const MOST_THUMBNAILS: usize = 128;
 /// The matte's colour over a picture.
 const RED: [f32; 3] = [0.9, 0.1, 0.1];
@@ -62,8 +63,8 @@ pub struct FootageReader {
     asked: Option<FootageRequest>,
     pictures: Option<Lookup<FootageRequest, SizedPicture>>,
     thumbnails: BTreeMap<usize, Option<TextureHandle>>,
-    /// Frames whose thumbnails the panel has room for.
-    wanted: Vec<usize>,
+    /// Frames whose thumbnails each pane has room for.
+    wanted: HashMap<Pane, Vec<usize>>,
     /// The thumbnail that is being read.
     reading: Option<usize>,
     small: Option<Lookup<(usize, Picture), SizedPicture>>,
@@ -80,9 +81,12 @@ impl FootageReader {
         self.thumbnails.get(&frame)?.as_ref()
     }
 
-    /// Frames whose thumbnails the panel has asked for.
-    pub fn wanted(&self) -> &[usize] {
-        &self.wanted
+    /// Frames whose thumbnails a pane has asked for.
+    pub fn wanted(&self, pane: Pane) -> &[usize] {
+        self.wanted
+            .get(&pane)
+            .map(Vec::as_slice)
+            .unwrap_or_default()
     }
 
     /// Reads the shown picture again: a job may have made its matte.
@@ -90,11 +94,13 @@ impl FootageReader {
         self.asked = None;
     }
 
-    /// Asks for the thumbnails of these frames.
-    pub fn want(&mut self, mut frames: Vec<usize>) {
+    /// Asks for the thumbnails of these frames, in place of those that the pane asked for before.
+    pub fn want(&mut self, pane: Pane, mut frames: Vec<usize>) {
         frames.truncate(MOST_THUMBNAILS);
-        self.thumbnails.retain(|frame, _| frames.contains(frame));
-        self.wanted = frames;
+        self.wanted.insert(pane, frames);
+        let wanted = &self.wanted;
+        self.thumbnails
+            .retain(|frame, _| wanted.values().any(|frames| frames.contains(frame)));
     }
 
     /// Takes in what was read. Called in every frame of the window.
@@ -111,7 +117,7 @@ impl FootageReader {
         }
         for ((frame, _), read) in self.small.iter().flat_map(Lookup::answers) {
             self.reading = None;
-            if self.wanted.contains(&frame) {
+            if self.wanted.values().any(|frames| frames.contains(&frame)) {
                 // An unreadable one stays dark: the large picture says why.
                 let codes = read.ok().map(|(codes, _)| codes);
                 let small = codes.map(|codes| texture(ctx, "thumbnail", &codes));
@@ -127,7 +133,7 @@ impl FootageReader {
         frame: usize,
         pose: usize,
         view: FootageView,
-        wake: impl Fn() + Clone + Send + 'static,
+        wake: impl Fn() + Send + 'static,
     ) {
         let shoot = &project.settings.shoot;
         if shoot.frames.is_empty() || shoot.poses.is_empty() || shoot.lamps.is_empty() {
@@ -155,13 +161,23 @@ impl FootageReader {
         if self.asked.as_ref() != Some(&request) {
             let lookup = self
                 .pictures
-                .get_or_insert_with(|| Lookup::start(wake.clone(), FootageRequest::read));
+                .get_or_insert_with(|| Lookup::start(wake, FootageRequest::read));
             lookup.ask(request.clone());
             self.asked = Some(request);
         }
-        let missing = self.wanted.iter().copied();
-        let next = missing
-            .filter(|frame| *frame < shoot.frames.len())
+    }
+
+    /// Reads a thumbnail that a pane of those `shown` wants, unless one is being read.
+    pub fn ask_thumbnails(
+        &mut self,
+        project: &Project,
+        shown: &[Pane],
+        wake: impl Fn() + Send + 'static,
+    ) {
+        let frames = project.settings.shoot.frames.len();
+        let wanted = shown.iter().filter_map(|pane| self.wanted.get(pane));
+        let next = (wanted.flatten().copied())
+            .filter(|frame| *frame < frames)
             .find(|frame| !self.thumbnails.contains_key(frame));
         if let (Some(frame), None) = (next, self.reading) {
             let lookup = self.small.get_or_insert_with(|| {

@@ -27,6 +27,7 @@ mod pointer_order;
 mod preferences;
 mod project_check;
 mod recents;
+mod region;
 mod saved_look;
 mod saver;
 mod state;
@@ -42,7 +43,7 @@ pub use command::{
     CalibrationCommand, Command, Dialog, ExportCommand, JobCommand, LookCommand, MatteCommand,
     ProjectCommand, ReviewCommand, TrainingCommand, ViewCommand, WindowCommand,
 };
-pub use comparison::{CompareMode, CompareSettings, Reference};
+pub use comparison::{CellPicture, CompareMode, CompareSettings, GAINS, Reference};
 pub use environment_library::{EnvironmentEntry, PanoramaState};
 pub use environment_list::{ListedEnvironment, Owner};
 pub use export_options::ExportOptions;
@@ -55,6 +56,7 @@ pub use network_review::NetworkReview;
 pub use preferences::Preferences;
 pub use project_check::ProjectCheck;
 pub use recents::{Recent, Recents};
+pub use region::Region;
 pub use saved_look::SavedLook;
 pub use state::{State, View};
 pub use status::{LogLine, Phase, RunningJob, Severity, Status};

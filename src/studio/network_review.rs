@@ -1,7 +1,7 @@
 //! What the window knows of the review. A thread of its own draws the sheet and saves the marks.
 
 use confidence::ConfidenceReport;
-use evaluation::review::{MarkedOlat, Marks};
+use evaluation::review::{MarkedOlat, Marks, Review};
 use gpu::DeviceChoice;
 use project::Project;
 use std::path::PathBuf;
@@ -116,6 +116,11 @@ impl NetworkReview {
         self.edited = true;
         thread.write(self.marks.clone());
         Ok(())
+    }
+
+    /// What was measured last.
+    pub fn measured(&self) -> Option<&Arc<Review>> {
+        self.saved.as_ref()?.as_ref().ok()?.review.as_ref()
     }
 
     /// How far frames can be trusted, if that was found out for the present network.

@@ -1,18 +1,17 @@
 //! What the window shows, as plain data, and how commands change it.
 
 use super::command::{AimedLight, Dialog, LookCommand, ViewCommand};
-use super::comparison::{CompareMode, CompareSettings};
+use super::comparison::{CellPicture, CompareMode, CompareSettings, GAINS};
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
 use super::layout::{Pane, Workspace};
 use super::look::LookSettings;
+use super::region::Region;
+use evaluation::review::Metric;
 use project::Project;
 use scene::{Inspection, Output, Scene};
 use std::mem::{Discriminant, discriminant, replace};
 use worker::Origin;
-
-/// What a difference between two pictures is multiplied by.
-pub const GAIN: f32 = 4.0;
 
 /// Magnifications of the fitted picture.
 const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
@@ -79,6 +78,14 @@ pub struct State {
     pub solo: Vec<usize>,
     /// The measured frame or pose and lamp that are shown beside the truth: indices in the review.
     pub cell: Option<(usize, usize)>,
+    /// The cell that was chosen last: indices in the review.
+    pub chosen: Option<(usize, usize)>,
+    /// The picture of a cell that is shown alone; None for all three.
+    pub enlarged: Option<CellPicture>,
+    /// What measured cells are ordered by.
+    pub metric: Metric,
+    /// What differences are multiplied by: one of [`GAINS`].
+    pub gain: f32,
     /// Where the wipe between two pictures is: 0 left, 1 right.
     pub wipe: f32,
     pub compare: CompareSettings,
@@ -96,6 +103,8 @@ pub struct State {
     photographed_lamps: usize,
     /// The pixel whose values are read, in columns and rows.
     pub probed: Option<[usize; 2]>,
+    /// The part of the picture whose means are read.
+    pub region: Option<Region>,
     /// What of the footage is shown.
     pub footage: FootageView,
     /// Current frame, from 0.
@@ -144,6 +153,10 @@ impl State {
             trained_lamp: 0,
             pose: 0,
             cell: None,
+            chosen: None,
+            enlarged: None,
+            metric: Metric::default(),
+            gain: GAINS[2],
             wipe: 0.5,
             compare: CompareSettings::default(),
             doubts: false,
@@ -154,6 +167,7 @@ impl State {
             shoot_lamps: 0,
             photographed_lamps: 0,
             probed: None,
+            region: None,
             footage: FootageView::default(),
             frame: 0,
             frames,
@@ -193,7 +207,7 @@ impl State {
     pub fn scene(&self) -> Scene {
         let mut effects = self.look.effects;
         if self.compare.on && self.compare.mode == CompareMode::Difference {
-            effects.inspection = Inspection::Difference { gain: GAIN };
+            effects.inspection = Inspection::Difference { gain: self.gain };
         }
         Scene {
             frame: self.frame,
@@ -379,7 +393,18 @@ impl State {
             self.cell = None;
         }
         match command {
-            ViewCommand::Cell(cell) => self.cell = cell,
+            ViewCommand::Cell(cell) => {
+                self.cell = cell;
+                match cell {
+                    Some(_) => self.chosen = cell,
+                    None => self.enlarged = None,
+                }
+            }
+            ViewCommand::Enlarge(picture) => self.enlarged = picture,
+            ViewCommand::FlipCell => self.enlarged = Some(CellPicture::flipped(self.enlarged)),
+            ViewCommand::Metric(metric) => self.metric = metric,
+            ViewCommand::Gain(gain) if GAINS.contains(&gain) => self.gain = gain,
+            ViewCommand::Gain(_) => {}
             ViewCommand::Photograph(lamp) => self.photograph = lamp,
             ViewCommand::StepPhotograph(step) => {
                 self.photograph = next(self.photograph, step, self.photographed_lamps);
@@ -413,6 +438,7 @@ impl State {
             }
             ViewCommand::ChooseLight(light) => self.light = light,
             ViewCommand::Pixel(pixel) => self.probed = pixel,
+            ViewCommand::Region(region) => self.region = region,
             ViewCommand::Footage(view) => self.footage = view,
             ViewCommand::Frame(frame) => self.go(frame),
             ViewCommand::StepFrame(step) => self.go(self.frame.saturating_add_signed(step)),
@@ -577,6 +603,58 @@ mod tests {
         assert_eq!(s.look.yaw_deg, 180.0);
         s.change(LookCommand::StepExposure(99.0));
         assert_eq!(s.look.exposure_stops, 10.0);
+    }
+
+    #[test]
+    fn a_difference_is_shown_by_the_chosen_gain_and_that_is_no_setting_of_the_look() {
+        let mut s = state();
+        s.show(ViewCommand::Compare(CompareSettings {
+            on: true,
+            mode: CompareMode::Difference,
+            ..CompareSettings::default()
+        }));
+        let shown = |s: &State| s.scene().effects.inspection;
+        assert_eq!(shown(&s), Inspection::Difference { gain: 4.0 });
+        s.show(ViewCommand::Gain(16.0));
+        assert_eq!(shown(&s), Inspection::Difference { gain: 16.0 });
+        for none in [0.0, 3.0, f32::NAN, f32::INFINITY] {
+            s.show(ViewCommand::Gain(none));
+            assert_eq!(s.gain, 16.0);
+        }
+        assert!(!s.can_undo());
+        assert_eq!(s.look, state().look);
+    }
+
+    #[test]
+    fn a_cell_s_pictures_are_flipped_and_stay_large_from_cell_to_cell() {
+        let mut s = state();
+        s.show(ViewCommand::Cell(Some((0, 1))));
+        let mut flip = |from| {
+            s.show(ViewCommand::Enlarge(from));
+            s.show(ViewCommand::FlipCell);
+            s.enlarged
+        };
+        assert_eq!(flip(None), Some(CellPicture::Prediction));
+        assert_eq!(
+            flip(Some(CellPicture::Difference)),
+            Some(CellPicture::Prediction)
+        );
+        assert_eq!(
+            flip(Some(CellPicture::Truth)),
+            Some(CellPicture::Prediction)
+        );
+        assert_eq!(
+            flip(Some(CellPicture::Prediction)),
+            Some(CellPicture::Truth)
+        );
+        s.show(ViewCommand::Frame(3));
+        s.show(ViewCommand::Cell(Some((2, 1))));
+        assert_eq!(
+            (s.chosen, s.enlarged),
+            (Some((2, 1)), Some(CellPicture::Truth))
+        );
+        s.show(ViewCommand::Cell(None));
+        assert_eq!((s.chosen, s.enlarged), (Some((2, 1)), None));
     }
 
     #[test]

@@ -26,6 +26,9 @@ pub const KEY: Color32 = Color32::from_rgb(204, 150, 190);
 /// Nothing to do, and something is wrong; a word always stands beside them.
 pub const GREEN: Color32 = Color32::from_rgb(112, 176, 112);
 pub const RED: Color32 = Color32::from_rgb(236, 112, 99);
+/// Verdicts of a review, with [`RED`] for the worst; people who confuse red and green tell them apart.
+pub const GOOD: Color32 = Color32::from_rgb(60, 190, 190);
+pub const DOUBTFUL: Color32 = Color32::from_rgb(245, 230, 90);
 /// Distance between things in points.
 pub const GAP: f32 = 8.0;
 
@@ -97,12 +100,67 @@ mod tests {
 
     #[test]
     fn what_has_to_be_read_stands_out_from_its_ground() {
-        for color in [TEXT, QUIET, ACCENT, WARNING, CACHED, KEY, GREEN, RED] {
+        for color in [
+            TEXT, QUIET, ACCENT, WARNING, CACHED, KEY, GREEN, RED, GOOD, DOUBTFUL,
+        ] {
             for ground in [PANEL, WELL] {
                 let found = contrast(color, ground);
                 assert!(found >= 4.5, "{color:?} on {ground:?}: {found:.2}");
             }
         }
         assert!(contrast(TEXT, PRIMARY) >= 4.5);
+    }
+
+    /// CIELAB of a colour as it looks to a person: rows of what their eyes make of linear RGB.
+    fn lab(color: Color32, eyes: [[f32; 3]; 3]) -> [f32; 3] {
+        let [r, g, b, _] = color.to_array();
+        let rgb = [r, g, b].map(|code| linear_from_srgb(f32::from(code) / 255.0));
+        let dot = |row: [f32; 3], v: [f32; 3]| row[0] * v[0] + row[1] * v[1] + row[2] * v[2];
+        let seen = eyes.map(|row| dot(row, rgb).clamp(0.0, 1.0));
+        let [x, y, z] = [
+            [0.4339, 0.3762, 0.1899],
+            [0.2126, 0.7152, 0.0722],
+            [0.0177, 0.1095, 0.8728],
+        ]
+        .map(|row| {
+            let t = dot(row, seen);
+            match t > 0.008856 {
+                true => t.cbrt(),
+                false => 7.787 * t + 16.0 / 116.0,
+            }
+        });
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    #[test]
+    fn verdicts_differ_for_everyone() {
+        // Machado et al. 2009, table 1 at severity 1: full vision, and without red, green and blue cones.
+        let eyes = [
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            [
+                [0.152286, 1.052583, -0.204868],
+                [0.114503, 0.786281, 0.099216],
+                [-0.003882, -0.048116, 1.051998],
+            ],
+            [
+                [0.367322, 0.860646, -0.227968],
+                [0.280085, 0.672501, 0.047413],
+                [-0.011820, 0.042940, 0.968881],
+            ],
+            [
+                [1.255528, -0.076749, -0.178779],
+                [-0.078411, 0.930809, 0.147602],
+                [0.004733, 0.691367, 0.303900],
+            ],
+        ];
+        for (one, other) in [(GOOD, DOUBTFUL), (DOUBTFUL, RED), (GOOD, RED)] {
+            for eyes in eyes {
+                let (a, b) = (lab(one, eyes), lab(other, eyes));
+                let square = |i: usize| (a[i] - b[i]) * (a[i] - b[i]);
+                let apart = (square(0) + square(1) + square(2)).sqrt();
+                // 2.3 is just noticeable.
+                assert!(apart > 25.0, "{one:?} and {other:?}: {apart:.1}");
+            }
+        }
     }
 }

@@ -13,7 +13,7 @@ use evaluation::review::{Case, Fingerprint, Marks, Review, ScoredPictures, own_t
 use evaluation::{display_gain, display_picture};
 use gpu::DeviceChoice;
 use imaging::resample::resize_area;
-use imaging::{Image, Mask};
+use imaging::{Image, Mask, Raster};
 use project::Project;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -47,8 +47,8 @@ pub struct CellPictures {
     pub cell: Cell,
     pub truth: SrgbPicture,
     pub predicted: SrgbPicture,
-    /// Their FLIP as heat.
-    pub difference: SrgbPicture,
+    /// FLIP of each pixel, 0 to 1.
+    pub difference: Raster<f32>,
 }
 
 /// What a project keeps of its review.
@@ -240,12 +240,12 @@ impl Reviewing {
                 self.compared.insert((cell.clone(), pictures))
             }
         };
-        let [truth, predicted, difference] = pictures.of(cell.lamp)?;
+        let ([truth, predicted], difference) = pictures.of(cell.lamp)?;
         Ok(Done::Cell(Arc::new(CellPictures {
             cell: cell.clone(),
             truth: SrgbPicture::of(&truth),
             predicted: SrgbPicture::of(&predicted),
-            difference: SrgbPicture::of(&difference),
+            difference,
         })))
     }
 }
@@ -309,7 +309,6 @@ mod tests {
     use compositor::Field;
     use evaluation::review::{Mark, MarkedOlat};
     use footage::Frame;
-    use imaging::Raster;
     use reflectance::ReflectanceField;
     use std::sync::mpsc::channel;
 

@@ -380,6 +380,138 @@ fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it()
     assert_eq!(window.state().state().probed.unwrap(), pixel);
 }
 
+/// Chooses how two pictures are compared.
+fn compare_by(window: &mut super::Window, how: &str) {
+    window
+        .get_by_role_and_label(egui::accesskit::Role::ComboBox, "How to compare")
+        .click();
+    window.run_steps(3);
+    window.get_by_label(how).click();
+    until_compared(window);
+}
+
+#[test]
+fn a_difference_is_drawn_by_the_chosen_gain() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    window.key_press(Key::W);
+    until_compared(&mut window);
+    let role = egui::accesskit::Role::ComboBox;
+    let has_gain = |window: &super::Window| {
+        window
+            .query_by_role_and_label(role, "Difference gain")
+            .is_some()
+    };
+    assert!(!has_gain(&window), "no difference is shown");
+    compare_by(&mut window, "difference");
+    assert!(has_gain(&window));
+    let before = picture(&window);
+    let mut last = 0;
+    for gain in [1, 2, 4, 8, 16] {
+        window
+            .get_by_role_and_label(role, "Difference gain")
+            .click();
+        window.run_steps(3);
+        window.get_by_label(&format!("× {gain}")).click();
+        until_compared(&mut window);
+        window.get_by_label_contains(&format!("difference × {gain}"));
+        let drawn = picture(&window);
+        let brightness = drawn.iter().map(|&code| u64::from(code)).sum::<u64>();
+        assert!(brightness > last, "{gain}: {brightness} after {last}");
+        assert_eq!(drawn == before, gain == 4, "it begins with × 4");
+        last = brightness;
+    }
+    assert!(
+        !window.state().state().can_undo(),
+        "it is no setting of the look"
+    );
+}
+
+#[test]
+fn the_two_pictures_are_switched_while_the_clip_plays() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    window.key_press(Key::Q);
+    until_compared(&mut window);
+    window.key_press(Key::Space);
+    until(&mut window, "playing", |app| app.state().playing);
+    for second in [false, true, false] {
+        let frame = window.state().state().frame;
+        window.key_press(Key::Q);
+        until(&mut window, "the other picture", move |app| {
+            let (state, relit) = (app.state(), app.relit().unwrap());
+            state.playing
+                && state.compare.second == second
+                && state.frame != frame
+                && relit.second.is_some()
+        });
+    }
+    assert_eq!(window.state().state().compare.mode, CompareMode::Toggle);
+}
+
+#[test]
+fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    window.get_by_label("Scopes").click();
+    window.run_steps(3);
+    let both = Modifiers::COMMAND | Modifiers::SHIFT;
+    let from = super::MIDDLE - vec2(90.0, 60.0);
+    let draw = |window: &mut super::Window, by: egui::Vec2| {
+        drag(window, from, from + by, PointerButton::Primary, both);
+        window.run_steps(2);
+    };
+    draw(&mut window, vec2(150.0, 100.0));
+    let state = window.state().state();
+    assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
+    let region = state.region.unwrap();
+    let [columns, rows] = region.size();
+    assert!((5..60).contains(&columns) && (5..60).contains(&rows));
+
+    let relit = window.state().relit().unwrap().clone();
+    let pixels = (region.top..region.bottom)
+        .flat_map(|y| (region.left..region.right).map(move |x| [x, y]))
+        .map(|[x, y]| {
+            let codes = relit.codes([x, y]).unwrap();
+            (codes, relit.linear.as_ref().unwrap().at(x, y))
+        });
+    let pixels: Vec<([u8; 3], [f32; 3])> = pixels.collect();
+    assert_eq!(pixels.len(), columns * rows);
+    let mean = |of: &dyn Fn(&([u8; 3], [f32; 3])) -> f64| {
+        (pixels.iter().map(of).sum::<f64>() / pixels.len() as f64) as f32
+    };
+    let codes = [0, 1, 2].map(|c| format!("{:5.1}", mean(&|(codes, _)| f64::from(codes[c]))));
+    let light = [0, 1, 2].map(|c| format!("{:.4}", mean(&|(_, light)| f64::from(light[c]))));
+    let (codes, light) = (codes.join(" "), light.join(" "));
+    window.get_by_label_contains(&format!(
+        "mean of {columns} × {rows}   {codes}   linear {light}"
+    ));
+    let (left, top) = (region.left, region.top);
+    window.get_by_label(&format!(
+        "Mean of {columns} × {rows} pixels at {left}, {top}"
+    ));
+    window.get_by_label(&codes);
+    window.get_by_label(&light);
+    // The scopes count its pixels alone.
+    let share = |code: u8| {
+        let of = |c: usize| pixels.iter().filter(|(codes, _)| codes[c] == code).count();
+        100.0 * [0, 1, 2].map(of).into_iter().max().unwrap() as f32 / pixels.len() as f32
+    };
+    let (white, black) = (share(255), share(0));
+    window.get_by_label(&format!("clipped: {white:.1} % white, {black:.1} % black"));
+    snapshot(&mut window, "studio_region");
+
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert_eq!(window.state().state().region, None);
+    draw(&mut window, vec2(60.0, 40.0));
+    assert!(window.state().state().region.is_some());
+    draw(&mut window, vec2(0.0, 0.0));
+    assert_eq!(window.state().state().region, None, "a click ends it");
+    assert_eq!(window.state().state().look.yaw_deg, 0.0);
+}
+
 #[test]
 fn a_lamp_alone_ends_by_escape_and_by_another_environment() {
     let folder = crate::temporary();

@@ -671,7 +671,7 @@ fn a_measured_cell_is_shown_beside_its_truth() {
         Some(shown.cell.lamp),
         window.state().state().solo.first().copied()
     );
-    for name in ["prediction", "photograph", "difference (FLIP)"] {
+    for name in ["prediction", "photograph", "difference (FLIP × 4)"] {
         window.get_by_role_and_label(Role::Image, name);
     }
     assert_ne!(shown.truth, shown.predicted);

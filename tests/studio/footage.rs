@@ -7,7 +7,7 @@ use super::{
 use afterlight::footage::{BrushSide, Strokes};
 use afterlight::gpu::DeviceChoice;
 use afterlight::project::{Framing, Project};
-use afterlight::studio::StudioApp;
+use afterlight::studio::{Pane, StudioApp};
 use afterlight::worker::Need;
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
@@ -28,7 +28,7 @@ fn footage(project: &Project) -> Window {
 fn until_drawn(window: &mut Window) {
     until(window, "thumbnails", |app| {
         let footage = app.footage();
-        let wanted = footage.wanted();
+        let wanted = footage.wanted(Pane::Footage);
         !wanted.is_empty()
             && wanted
                 .iter()

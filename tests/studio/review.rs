@@ -1,15 +1,19 @@
 //! The review's panels: what they say, what a click in them asks for, and what is kept.
 
-use super::{Window, clay, lines_with, snapshot, snapshot_without, until, until_shown, window};
-use afterlight::evaluation::review::{Mark, Marks, Metric};
+use super::{
+    Window, clay, export, lines_with, snapshot, snapshot_without, until, until_labelled,
+    until_shown, window,
+};
+use afterlight::evaluation::review::{Case, Mark, Marks, Metric, Review};
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, DEMO_STARTER};
-use afterlight::studio::StudioApp;
+use afterlight::studio::{CellPicture, Pane, StudioApp};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
-use std::time::Instant;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 const LAMPS: usize = 24;
 
@@ -197,6 +201,189 @@ fn a_cell_is_found_looked_at_and_marked() {
     window.get_by_label_contains(&name).click_accesskit();
     window.run_steps(3);
     assert_eq!(window.state().state().solo, [lamp]);
+}
+
+/// What was measured.
+fn measurement(window: &Window) -> Arc<Review> {
+    window.state().review().measured().unwrap().clone()
+}
+
+/// What a case is called in the strip.
+fn in_strip(review: &Review, (case, mean): (usize, f64)) -> String {
+    let figure = Metric::Flip.text(mean);
+    format!("{}: mean FLIP {figure}", review.cases[case].name)
+}
+
+/// Waits until a cell has a verdict on the disk.
+fn until_marked(window: &mut Window, project: &Project, (case, lamp): (&str, &str), mark: Mark) {
+    let started = Instant::now();
+    let on_disk = || {
+        let marks = Marks::load(project).unwrap();
+        marks.of(case, lamp).and_then(|marked| marked.mark)
+    };
+    while on_disk() != Some(mark) {
+        assert!(started.elapsed() < test_support::PATIENCE, "no {mark:?}");
+        std::thread::sleep(Duration::from_millis(5));
+        window.step();
+    }
+}
+
+#[test]
+fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
+    let folder = crate::temporary();
+    let (project, mut window) = measured_window(folder.path());
+    let cell = (1, 10);
+    let choose = |window: &mut Window| {
+        let at = in_map(window, cell.0, cell.1);
+        click(window, at, Modifiers::NONE);
+        assert_eq!(window.state().state().chosen, Some(cell));
+    };
+    choose(&mut window);
+    assert_eq!(window.state().state().active, Pane::Review);
+    for (key, mark) in [
+        (Key::Num1, Mark::Good),
+        (Key::Num2, Mark::Doubtful),
+        (Key::Num3, Mark::Bad),
+    ] {
+        window.key_press(key);
+        until_marked(&mut window, &project, ("frame_005", "olat_10"), mark);
+        let state = window.state().state();
+        assert_eq!(state.chosen, Some(cell), "nothing jumps by itself");
+        assert_eq!(state.view.zoom, 1.0, "here 1 is no zoom");
+    }
+    // Digits of a note are no verdicts.
+    window.get_by_label("Note").focus();
+    window.run_steps(2);
+    window.key_press(Key::Num1);
+    window.run_steps(2);
+    let of = |window: &Window, (case, lamp): (usize, usize)| {
+        let review = measurement(window);
+        let marks = &window.state().review().marks;
+        let marked = marks.of(&review.cases[case].name, &review.lamps[lamp]);
+        marked.and_then(|marked| marked.mark)
+    };
+    assert_eq!(of(&window, cell), Some(Mark::Bad));
+
+    let order = measurement(&window).worst(Metric::Flip);
+    let place = order.iter().position(|&one| one == cell).unwrap();
+    let goes = |window: &mut Window, to: usize| {
+        window.run_steps(3);
+        assert_eq!(window.state().state().chosen, Some(order[place + to]));
+    };
+    choose(&mut window);
+    window.key_press(Key::N);
+    goes(&mut window, 1);
+    window.key_press(Key::Num2);
+    goes(&mut window, 1);
+    assert_eq!(of(&window, order[place + 1]), Some(Mark::Doubtful));
+    window.get_by_label("Next worst").click_accesskit();
+    goes(&mut window, 2);
+    // What has a verdict is passed over.
+    choose(&mut window);
+    window.key_press(Key::N);
+    goes(&mut window, 2);
+}
+
+#[test]
+fn the_strip_has_the_worst_first_and_leads_to_its_worst_lamp() {
+    let folder = crate::temporary();
+    let (_, mut window) = measured_window(folder.path());
+    let review = measurement(&window);
+    let order = review.worst_cases(Metric::Flip);
+    let lefts = order.iter().map(|&case| {
+        let item = window.get_by_label(&in_strip(&review, case));
+        item.rect().left()
+    });
+    let lefts: Vec<f32> = lefts.collect();
+    assert!(lefts.windows(2).all(|pair| pair[0] < pair[1]), "{lefts:?}");
+    let frames = order
+        .iter()
+        .filter_map(|&(case, _)| match review.cases[case].case {
+            Case::Frame(frame) => Some(frame),
+            Case::Pose(_) => None,
+        });
+    let frames: Vec<usize> = frames.collect();
+    assert_eq!(window.state().footage().wanted(Pane::Review), frames);
+    for &(case, mean) in &order {
+        let item = window.get_by_label(&in_strip(&review, (case, mean)));
+        item.click_accesskit();
+        window.run_steps(3);
+        let lamp = review.worst_lamp(Metric::Flip, case).unwrap();
+        let state = window.state().state();
+        assert_eq!(state.chosen, Some((case, lamp)));
+        assert_eq!(state.solo, [lamp]);
+        if let Case::Frame(frame) = review.cases[case].case {
+            assert_eq!(state.frame, frame);
+        }
+    }
+}
+
+#[test]
+fn one_of_a_cell_s_pictures_is_shown_large_and_flipped() {
+    let (mut window, _root, _folder) = export::opened();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
+    until_labelled(&mut window, "Measure");
+    window.get_by_label("Measure").click();
+    until(&mut window, "figures", |app| {
+        app.review().measured().is_some() && app.status().job.is_none()
+    });
+    let review = measurement(&window);
+    let worst = in_strip(&review, review.worst_cases(Metric::Flip)[0]);
+    window.get_by_label(&worst).click_accesskit();
+    until(&mut window, "the cell's pictures", |app| {
+        app.review().cell.as_ref().is_some_and(Result::is_ok)
+    });
+    let shown = window.state().review().cell.clone().unwrap().unwrap();
+    let truth = match shown.cell.case {
+        Case::Pose(_) => "photograph",
+        Case::Frame(_) => "truth",
+    };
+    let all = ["prediction", truth, "difference (FLIP × 4)"];
+    let drawn = |window: &Window| {
+        let image = |name: &&str| window.query_by_role_and_label(Role::Image, name).is_some();
+        all.into_iter().filter(image).collect::<Vec<_>>()
+    };
+    let click = |window: &mut Window, name: &str| {
+        window.get_by_role_and_label(Role::Image, name).click();
+        window.run_steps(3);
+    };
+    assert_eq!(drawn(&window), all);
+    click(&mut window, "prediction");
+    assert_eq!(drawn(&window), all[..1]);
+    for place in [1, 0, 1] {
+        window.key_press(Key::Q);
+        window.run_steps(2);
+        assert_eq!(drawn(&window), all[place..=place]);
+    }
+    assert!(
+        !window.state().state().compare.on,
+        "the picture is not compared"
+    );
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert_eq!(drawn(&window), all);
+    click(&mut window, all[2]);
+    assert_eq!(
+        window.state().state().enlarged,
+        Some(CellPicture::Difference)
+    );
+    click(&mut window, all[2]);
+    assert_eq!(drawn(&window), all);
+    // The gain is that of the viewer.
+    let list = |window: &Window| {
+        window
+            .get_by_role_and_label(Role::ComboBox, "Difference gain")
+            .click();
+    };
+    list(&window);
+    window.run_steps(3);
+    window.get_by_label("× 16").click();
+    window.run_steps(3);
+    window.get_by_role_and_label(Role::Image, "difference (FLIP × 16)");
+    assert_eq!(window.state().state().gain, 16.0);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(window.state().state().cell.is_none());
 }
 
 #[test]

@@ -193,6 +193,24 @@ impl Review {
         cells
     }
 
+    /// The next cell without a verdict: the worst of those that follow `after` in the order of [`Self::worst`], around its
+    /// end. None if every cell has a verdict.
+    pub fn next_unmarked(
+        &self,
+        metric: Metric,
+        marks: &Marks,
+        after: Option<(usize, usize)>,
+    ) -> Option<(usize, usize)> {
+        let order = self.worst(metric);
+        let place = after.and_then(|after| order.iter().position(|&cell| cell == after));
+        let (before, rest) = order.split_at(place.map_or(0, |place| place + 1));
+        let is_unmarked = |&(case, lamp): &(usize, usize)| {
+            let marked = marks.of(&self.cases[case].name, &self.lamps[lamp]);
+            marked.is_none_or(|marked| marked.mark.is_none())
+        };
+        rest.iter().chain(before).copied().find(is_unmarked)
+    }
+
     /// Each lamp's score over the cases that count.
     pub fn lamp_means(&self, metric: Metric) -> Vec<f64> {
         let judged = self.judged();
@@ -213,6 +231,21 @@ impl Review {
     pub fn case_means(&self, metric: Metric) -> Vec<f64> {
         let mean = |case: &CaseScores| metric.mean(case.cells.iter());
         self.cases.iter().map(mean).collect()
+    }
+
+    /// Indices of the cases and their scores over all lamps, the worst first.
+    pub fn worst_cases(&self, metric: Metric) -> Vec<(usize, f64)> {
+        let mut cases: Vec<(usize, f64)> =
+            self.case_means(metric).into_iter().enumerate().collect();
+        cases.sort_by(|a, b| metric.order(b.1).total_cmp(&metric.order(a.1)));
+        cases
+    }
+
+    /// The lamp under which a case is worst. None if there is no such case.
+    pub fn worst_lamp(&self, metric: Metric, case: usize) -> Option<usize> {
+        let cells = &self.cases.get(case)?.cells;
+        let order = |lamp: usize| metric.order(metric.of(&cells[lamp]));
+        (0..cells.len()).max_by(|&a, &b| order(a).total_cmp(&order(b)))
     }
 
     /// The score over all OLATs of `cases`. None if there is no case.
@@ -323,6 +356,48 @@ pub(crate) mod tests {
         assert_eq!(review.worst(Metric::Psnr)[..3], [(2, 2), (0, 1), (2, 1)]);
         assert_eq!(review.worst(Metric::Ssim), review.worst(Metric::Flip));
         assert_eq!(review.worst(Metric::Flip).len(), 9);
+    }
+
+    #[test]
+    fn cases_are_ordered_by_their_means_and_know_their_worst_lamp() {
+        let review = example();
+        let order = |metric| {
+            let cases = review.worst_cases(metric);
+            cases.into_iter().map(|(case, _)| case).collect::<Vec<_>>()
+        };
+        assert_eq!(order(Metric::Flip), [0, 1, 2]);
+        assert_eq!(
+            order(Metric::Psnr),
+            [2, 0, 1],
+            "the lowest PSNR is the worst"
+        );
+        assert_eq!(review.worst_lamp(Metric::Flip, 1), Some(0));
+        assert_eq!(review.worst_lamp(Metric::Psnr, 1), Some(1));
+        assert_eq!(review.worst_lamp(Metric::Psnr, 9), None);
+    }
+
+    #[test]
+    fn the_next_worst_cell_without_a_verdict_follows_the_chosen_one_and_goes_around() {
+        let review = example();
+        let mut marks = Marks::default();
+        let next = |marks: &Marks, after| review.next_unmarked(Metric::Flip, marks, after);
+        let mark = |marks: &mut Marks, (case, lamp): (usize, usize), mark| {
+            let (case, lamp) = (&review.cases[case].name, &review.lamps[lamp]);
+            marks.set(MarkedOlat::new(case, lamp, mark, "seen"));
+        };
+        let order = review.worst(Metric::Flip);
+        assert_eq!(next(&marks, None), Some(order[0]));
+        assert_eq!(next(&marks, Some(order[0])), Some(order[1]));
+        assert_eq!(next(&marks, Some(order[8])), Some(order[0]));
+        assert_eq!(next(&marks, Some((7, 7))), Some(order[0]), "no such cell");
+        mark(&mut marks, order[1], Some(Mark::Good));
+        assert_eq!(next(&marks, Some(order[0])), Some(order[2]));
+        mark(&mut marks, order[2], None);
+        assert_eq!(next(&marks, Some(order[0])), Some(order[2]), "a note alone");
+        for &cell in &order {
+            mark(&mut marks, cell, Some(Mark::Bad));
+        }
+        assert_eq!(next(&marks, Some(order[0])), None);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use gpu::DeviceChoice;
 use imaging::file::png_bytes;
 use imaging::resample::resize_area;
-use imaging::{Encoded, Image, Mask};
+use imaging::{Encoded, Image, Mask, Raster};
 use project::Project;
 use std::path::Path;
 
@@ -77,11 +77,11 @@ impl ScoredPictures {
         self.code(&self.pictures.predicted[lamp], self.scale)
     }
 
-    /// A lamp's true and predicted picture, and their FLIP as heat.
+    /// A lamp's true and predicted picture, and the FLIP of each pixel, 0 to 1.
     ///
     /// # Errors
     /// When there is no such lamp, or the pictures are of different sizes.
-    pub fn of(&self, lamp: usize) -> Result<[Encoded; 3]> {
+    pub fn of(&self, lamp: usize) -> Result<([Encoded; 2], Raster<f32>)> {
         let Some(truth) = self.pictures.truths.get(lamp) else {
             return Err(Error::missing(
                 format!("there is no lamp {lamp} in what was measured"),
@@ -91,12 +91,13 @@ impl ScoredPictures {
         let truth = self.code(truth, 1.0);
         let predicted = self.predicted(lamp);
         let errors = flip(&truth, &predicted, PIXELS_PER_DEGREE)?.error;
-        Ok([truth, predicted, Encoded(errors.map(heat))])
+        Ok(([truth, predicted], errors))
     }
 
-    /// The same, each a data URI.
+    /// The same, FLIP as heat, each a data URI.
     pub(super) fn row(&self, lamp: usize) -> Result<[String; 3]> {
-        let [truth, predicted, errors] = self.of(lamp)?;
+        let ([truth, predicted], errors) = self.of(lamp)?;
+        let errors = Encoded(errors.map(heat));
         Ok([
             data_uri(&truth, SIDE_PX)?,
             data_uri(&predicted, SIDE_PX)?,
@@ -133,7 +134,6 @@ fn data_uri(picture: &Encoded, side: usize) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imaging::Raster;
 
     #[test]
     fn pictures_of_a_page_are_small_and_where_nothing_differs_the_third_is_dark() {

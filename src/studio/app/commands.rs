@@ -1,7 +1,7 @@
 //! Who handles which command.
 
 use super::StudioApp;
-use crate::command::{Command, LookCommand};
+use crate::command::{Command, LookCommand, ViewCommand};
 
 impl StudioApp {
     pub(super) fn apply(&mut self, command: Command) {
@@ -23,6 +23,9 @@ impl StudioApp {
                     self.status
                         .say("All lamps light the subject again, by the environment".to_owned());
                 }
+            }
+            Command::View(ViewCommand::ToggleSecond) if self.flips_cell() => {
+                self.state.show(ViewCommand::FlipCell);
             }
             Command::View(command) => self.state.show(command),
             Command::Aim(command) => self.apply_to_aim(command),

@@ -1,13 +1,8 @@
-//! Calibration, training and review: their jobs, and what is set by hand before.
+//! Calibration and training: their jobs, and what is set by hand before.
 
 use super::StudioApp;
-use crate::command::{
-    CalibrationCommand, Dialog, JobCommand, LookCommand, ReviewCommand, TrainingCommand,
-};
+use crate::command::{CalibrationCommand, Dialog, JobCommand, LookCommand, TrainingCommand};
 use calibration::{CalibrateSettings, Circle};
-use confidence::ConfidenceSettings;
-use evaluation::review::ReviewSettings;
-use std::path::PathBuf;
 use std::time::Instant;
 use worker::{Job, Need};
 
@@ -98,44 +93,6 @@ impl StudioApp {
         })?;
         self.readers.training.pictures = None;
         Ok(())
-    }
-
-    pub(super) fn apply_to_review(&mut self, command: ReviewCommand) {
-        let done = match command {
-            ReviewCommand::Measure(truth) => self.review_network(truth, true, None),
-            ReviewCommand::Report(to) => self.review_network(None, false, Some(to)),
-            ReviewCommand::Trust(errors) => self.session.run(|project| Job::Confidence {
-                project: project.root.clone(),
-                settings: ConfidenceSettings {
-                    errors,
-                    device: self.device,
-                    ..ConfidenceSettings::default()
-                },
-            }),
-            ReviewCommand::Mark(marked) => {
-                (self.session.writable()).and_then(|()| self.readers.review.mark(*marked))
-            }
-        };
-        self.refuse_unless(done);
-    }
-
-    /// Compares the network with the truth, or writes what is known of that as a page.
-    fn review_network(
-        &self,
-        truth: Option<PathBuf>,
-        fresh: bool,
-        report: Option<PathBuf>,
-    ) -> Result<(), String> {
-        let settings = ReviewSettings {
-            truth: truth.or_else(|| self.readers.review.truth()),
-            fresh,
-            report,
-            device: self.device,
-        };
-        self.session.run(|project| Job::Review {
-            project: project.root.clone(),
-            settings,
-        })
     }
 
     pub(super) fn apply_to_job(&mut self, command: JobCommand) {

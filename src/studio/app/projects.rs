@@ -71,7 +71,7 @@ impl StudioApp {
                 self.change_project(locate, |app, root| app.open_folder(&root));
             }
             ProjectCommand::Reframe(framing) => self.reframe(framing),
-            ProjectCommand::Thumbnails(frames) => self.readers.footage.want(frames),
+            ProjectCommand::Thumbnails(pane, frames) => self.readers.footage.want(pane, frames),
         }
     }
 
@@ -103,7 +103,10 @@ impl StudioApp {
 
     /// Shows another project, with `worker` behind it.
     pub(super) fn open(&mut self, project: Project, worker: Worker) {
-        self.state = State::of(&project);
+        self.state = State {
+            gain: self.state.gain,
+            ..State::of(&project)
+        };
         self.autosave.remember(&project.root);
         self.picker.opened();
         self.start(project.clone(), worker);

@@ -84,6 +84,7 @@ impl Readers {
             (self.footage).ask(project, frame, pose, view, wake.clone());
             self.matte.ask(project, frame, wake.clone());
         }
+        (self.footage).ask_thumbnails(project, shown, wake.clone());
         if let (Some(relit), Some(pixel)) = (relit, state.probed) {
             self.inspector.ask(&relit.predicted, pixel, shown, wake);
         }

@@ -3,7 +3,7 @@
 use super::StudioApp;
 use crate::command::{AimCommand, ViewCommand, WindowCommand};
 use crate::layout::Pane;
-use crate::state::View;
+use crate::state::{State, View};
 use egui::ViewportCommand;
 
 impl StudioApp {
@@ -42,13 +42,12 @@ impl StudioApp {
             WindowCommand::Dismiss if state.keys => state.keys = false,
             WindowCommand::Dismiss if state.machine => state.machine = false,
             WindowCommand::Dismiss if state.full_screen => self.fill_screen(false),
-            WindowCommand::Dismiss if self.status.refusal.is_none() && state.cell.is_some() => {
-                state.cell = None;
-            }
-            WindowCommand::Dismiss if self.status.refusal.is_none() && state.aims => {
+            WindowCommand::Dismiss
+                if self.status.refusal.is_none() && state.aims && state.cell.is_none() =>
+            {
                 self.apply_to_aim(AimCommand::Toggle);
             }
-            WindowCommand::Dismiss if self.status.refusal.is_none() => state.solo.clear(),
+            WindowCommand::Dismiss if self.status.refusal.is_none() => leave(state),
             WindowCommand::Dismiss | WindowCommand::DismissRefusal => self.status.refusal = None,
             WindowCommand::Close => self.ctx.send_viewport_cmd(ViewportCommand::Close),
             WindowCommand::ClosePath => state.path = None,
@@ -83,5 +82,18 @@ impl StudioApp {
                 self.state.active = active;
             }
         }
+    }
+}
+
+/// Leaves what is looked at closely: one picture of a cell, the cell, a region, or lamps alone; the first of these that applies.
+fn leave(state: &mut State) {
+    if state.cell.is_some() && state.enlarged.is_some() {
+        state.enlarged = None;
+    } else if state.cell.is_some() {
+        state.cell = None;
+    } else if state.region.is_some() {
+        state.region = None;
+    } else {
+        state.solo.clear();
     }
 }

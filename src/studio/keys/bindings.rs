@@ -1,13 +1,16 @@
 //! The table of keys.
 
-use crate::command::Command::{Aim, Calibration, Export, Job, Look, Matte, Training, View, Window};
+use crate::command::Command::{
+    Aim, Calibration, Export, Job, Look, Matte, Review, Training, View, Window,
+};
 use crate::command::{
     AimCommand, CalibrationCommand, Command, ExportCommand, JobCommand, LookCommand, MatteCommand,
-    TrainingCommand, ViewCommand, WindowCommand,
+    ReviewCommand, TrainingCommand, ViewCommand, WindowCommand,
 };
 use crate::keyframed::Keyframed;
 use crate::layout::{Pane, Workspace};
 use egui::{Key, KeyboardShortcut, Modifiers};
+use evaluation::review::Mark;
 use scene::{Channel, Inspection};
 
 /// A key, what it does, and what the lists of keys and commands call that.
@@ -64,12 +67,19 @@ const fn toggle_key(of: Keyframed) -> Command {
     Look(LookCommand::ToggleKey(of))
 }
 
+const fn verdict(mark: Mark) -> Command {
+    Review(ReviewCommand::Verdict(mark))
+}
+
+const NEXT_WORST: Command = Review(ReviewCommand::NextWorst);
 const TRAIN: Command = Training(TrainingCommand::Start { fresh: false });
 
 const PROBE: Pane = Pane::Probe;
 const GAMMA: Pane = Pane::Gamma;
 const TRAINING: Pane = Pane::Training;
 const FOOTAGE: Pane = Pane::Footage;
+const REVIEW: Pane = Pane::Review;
+const LAMPS: Pane = Pane::Lamps;
 pub const EXPORT: Pane = Pane::Export;
 
 const NONE: Modifiers = Modifiers::NONE;
@@ -134,6 +144,16 @@ pub const BINDINGS: &[Binding] = &[
     within(FOOTAGE, NONE, Key::X, Matte(MatteCommand::SwapSide), "Brush: keep or remove"),
     within(FOOTAGE, NONE, Key::OpenBracket, Matte(MatteCommand::StepRadius(-1)), "Smaller brush"),
     within(FOOTAGE, NONE, Key::CloseBracket, Matte(MatteCommand::StepRadius(1)), "Larger brush"),
+
+    within(REVIEW, NONE, Key::Num1, verdict(Mark::Good), "Mark the cell as good"),
+    within(REVIEW, NONE, Key::Num2, verdict(Mark::Doubtful), "Mark the cell as doubtful"),
+    within(REVIEW, NONE, Key::Num3, verdict(Mark::Bad), "Mark the cell as bad"),
+    within(REVIEW, NONE, Key::N, NEXT_WORST, "Next worst cell without a verdict"),
+    // A click on its pictures brings keys there.
+    within(LAMPS, NONE, Key::Num1, verdict(Mark::Good), "Mark the cell as good"),
+    within(LAMPS, NONE, Key::Num2, verdict(Mark::Doubtful), "Mark the cell as doubtful"),
+    within(LAMPS, NONE, Key::Num3, verdict(Mark::Bad), "Mark the cell as bad"),
+    within(LAMPS, NONE, Key::N, NEXT_WORST, "Next worst cell without a verdict"),
 
     on(NONE, Key::Space, View(ViewCommand::TogglePlay), "Play or stop"),
     on(NONE, Key::I, View(ViewCommand::MarkIn), "Set the in point"),

@@ -11,6 +11,7 @@ const GESTURES: &[(&str, &str)] = &[
     ("Shift+right-drag", "Turn the light"),
     ("Wheel", "Zoom about the cursor"),
     ("Middle-drag", "Move the picture"),
+    ("Ctrl+Shift+drag", "Average a region; a click ends it"),
     ("Double-click a number", "Reset it"),
     ("Arrows on a light's dot", "Move it; Shift: by 10°"),
     ("Delete on a keyframe", "Remove it"),

@@ -1,15 +1,18 @@
-//! Histogram, waveform, parade, vectorscope, and the pixel under the cursor: its values, and the light from each lamp.
+//! Histogram, waveform, parade and vectorscope of the picture or of a region, and the pixel under the cursor: its values, and the
+//! light from each lamp.
 
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::missing::no_picture_ui;
-use crate::panels::viewport::readout::readings;
+use crate::panels::viewport::readout::{REGION_HINT, Reading, RegionReadings, readings};
+use crate::region::Region;
 use crate::theme::{self, GAP};
 use egui::{
     Align2, Color32, ColorImage, FontId, Pos2, Rect, RichText, Role, Sense, Stroke, TextureHandle,
     TextureOptions, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 use imaging::color::luminance;
+use std::borrow::Cow;
 use std::sync::Arc;
 use worker::PreviewPicture;
 
@@ -61,11 +64,13 @@ impl Scope {
 pub struct ScopesPanel {
     scope: Scope,
     found: Option<Found>,
+    means: RegionReadings,
 }
 
 struct Found {
     of: Arc<PreviewPicture>,
     scope: Scope,
+    region: Option<Region>,
     histogram: Histogram,
     texture: TextureHandle,
 }
@@ -79,19 +84,23 @@ impl ScopesPanel {
             return no_picture_ui(ui, context, "No picture yet", out);
         };
         let scope = self.scope;
-        let is_this = |found: &Found| Arc::ptr_eq(&found.of, relit) && found.scope == scope;
+        let region = context.state.region;
+        let is_this = |found: &Found| {
+            Arc::ptr_eq(&found.of, relit) && (found.scope, found.region) == (scope, region)
+        };
         // A picture that is on the GPU alone was asked for before this pane was visible; its codes follow.
         if !self.found.as_ref().is_some_and(is_this) && !relit.rgb.is_empty() {
-            let width = relit.rgb_size[0];
+            let (rgb, width) = codes(relit, region);
             let picture = match scope {
-                Scope::Waveform => waveform(&relit.rgb, width),
-                Scope::Parade => parade(&relit.rgb, width),
-                Scope::Vectorscope => vectorscope(&relit.rgb),
+                Scope::Waveform => waveform(&rgb, width),
+                Scope::Parade => parade(&rgb, width),
+                Scope::Vectorscope => vectorscope(&rgb),
             };
             self.found = Some(Found {
                 of: relit.clone(),
                 scope,
-                histogram: histogram(&relit.rgb),
+                region,
+                histogram: histogram(&rgb),
                 texture: ui
                     .ctx()
                     .load_texture("scope", picture, TextureOptions::NEAREST),
@@ -118,8 +127,36 @@ impl ScopesPanel {
                 scope => levels_ui(ui, &found.texture, scope == Scope::Parade),
             }
         }
+        ui.add_space(GAP);
+        match region {
+            Some(region) => {
+                let [columns, rows] = region.size();
+                let Region { left, top, .. } = region;
+                let text = format!("Mean of {columns} × {rows} pixels at {left}, {top}");
+                ui.label(RichText::new(text).color(theme::QUIET))
+                    .on_hover_text(REGION_HINT);
+                readings_ui(ui, self.means.of(context, relit, region));
+            }
+            None => {
+                let hint = "Ctrl+Shift+drag: mean of a region";
+                ui.label(RichText::new(hint).color(theme::QUIET))
+                    .on_hover_text(REGION_HINT);
+            }
+        }
         pixel_ui(ui, context, relit, out);
     }
+}
+
+/// The codes that are counted: the picture's, or a region's; and how many columns they have.
+fn codes(relit: &PreviewPicture, region: Option<Region>) -> (Cow<'_, [u8]>, usize) {
+    let columns = relit.rgb_size[0];
+    let size = [relit.width, relit.height];
+    let Some(region) = region.and_then(|region| region.inside(size)) else {
+        return (Cow::Borrowed(&relit.rgb), columns);
+    };
+    let region = region.scaled(size, relit.rgb_size);
+    let pixels = region.of(relit.rgb.as_chunks::<3>().0, columns);
+    (pixels.flatten().copied().collect(), region.size()[0])
 }
 
 /// How much of the picture is clipped.
@@ -331,25 +368,28 @@ fn pixel_ui(ui: &mut Ui, context: &PanelContext, relit: &PreviewPicture, out: &m
         return;
     };
     ui.label(RichText::new(format!("Pixel {x}, {y}")).color(theme::QUIET));
+    readings_ui(ui, &readings(context, relit, Region::pixel([x, y])));
+    if let Some(texel) = context.texel {
+        lamps_ui(ui, texel, context, relit, out);
+    }
+}
+
+/// The readings of each picture.
+fn readings_ui(ui: &mut Ui, found: &[Reading]) {
     let row = |ui: &mut Ui, name: &str, values: String| {
         ui.horizontal(|ui| {
             ui.label(RichText::new(name).size(13.0));
             ui.label(RichText::new(values).monospace().size(12.0));
         });
     };
-    let found = readings(context, relit, [x, y]);
-    for reading in &found {
+    for reading in found {
         if found.len() > 1 {
             ui.label(RichText::new(&reading.name).size(13.0).color(theme::QUIET));
         }
-        let [r, g, b] = reading.codes;
-        row(ui, "Codes", format!("{r:5} {g:5} {b:5}"));
+        row(ui, "Codes", reading.codes_text());
         if let Some([r, g, b]) = reading.linear {
             row(ui, "Linear", format!("{r:.4} {g:.4} {b:.4}"));
         }
-    }
-    if let Some(texel) = context.texel {
-        lamps_ui(ui, texel, context, relit, out);
     }
 }
 

@@ -1,6 +1,7 @@
 //! The strip of thumbnails: as many frames as fit, spread over the clip.
 
 use crate::command::{Command, ProjectCommand, ViewCommand};
+use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
@@ -13,8 +14,9 @@ const BETWEEN: f32 = 3.0;
 pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let rect = ui.available_rect_before_wrap().shrink2(vec2(0.0, 5.0));
     let frames = spread(context.state.frames, (rect.width() / LEAST) as usize);
-    if frames != context.footage.wanted() {
-        out.push(Command::Project(ProjectCommand::Thumbnails(frames.clone())));
+    if frames != context.footage.wanted(Pane::Footage) {
+        let wanted = ProjectCommand::Thumbnails(Pane::Footage, frames.clone());
+        out.push(Command::Project(wanted));
     }
     let (first, last) = context.state.export_options.range(context.state.frames);
     let cell = rect.width() / frames.len().max(1) as f32;

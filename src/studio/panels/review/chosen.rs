@@ -1,9 +1,10 @@
 //! The chosen picture of the review: its figures, its mark and its note.
 
+use super::verdict;
 use crate::command::{Command, ReviewCommand};
 use crate::theme;
 use egui::{RichText, TextEdit, Ui};
-use evaluation::review::{Mark, MarkedOlat, Marks, Metric, Review};
+use evaluation::review::{MarkedOlat, Marks, Metric, Review};
 
 /// The note being written, and the case and lamp that it belongs to.
 #[derive(Default)]
@@ -43,13 +44,11 @@ impl ChosenUi<'_> {
         });
         ui.horizontal_wrapped(|ui| figures.map(|text| ui.label(text)));
         let mut wanted = mark;
-        ui.horizontal(|ui| {
-            for one in Mark::ALL {
-                let chosen = mark == Some(one);
-                if ui.selectable_label(chosen, capitalized(one)).clicked() {
-                    wanted = (!chosen).then_some(one);
-                }
+        ui.horizontal_wrapped(|ui| {
+            if let Some(clicked) = verdict::verdicts_ui(ui, mark) {
+                wanted = (mark != Some(clicked)).then_some(clicked);
             }
+            next_ui(ui, out);
         });
         let label = ui.label(RichText::new("Note").color(theme::QUIET));
         let field = TextEdit::multiline(&mut draft.text)
@@ -64,6 +63,10 @@ impl ChosenUi<'_> {
     }
 }
 
-fn capitalized(mark: Mark) -> String {
-    crate::panels::job::capitalized(mark.name())
+/// The button that goes on to the next cell to judge.
+pub fn next_ui(ui: &mut Ui, out: &mut Vec<Command>) {
+    let hint = "The worst cell after this one that has no verdict. Key: N";
+    if ui.button("Next worst").on_hover_text(hint).clicked() {
+        out.push(Command::Review(ReviewCommand::NextWorst));
+    }
 }

@@ -1,5 +1,6 @@
 //! The error map: one column per lamp, one row per frame or pose, and each lamp's mean as a bar above.
 
+use super::verdict;
 use crate::theme;
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, ScrollArea, Sense, Stroke, StrokeKind, Ui, Vec2,
@@ -128,14 +129,11 @@ impl MapUi<'_> {
                 let error = badness(self.metric, self.metric.of(cell));
                 let [r, g, b] = heat(error).map(byte_from_unit);
                 painter.rect_filled(rect, 0.0, Color32::from_rgb(r, g, b));
-                if self
-                    .marks
-                    .of(&case.name, &self.review.lamps[lamp])
-                    .is_some()
-                {
+                if let Some(marked) = self.marks.of(&case.name, &self.review.lamps[lamp]) {
                     let radius = (0.3 * steps.x).min(3.0);
                     let rim = Stroke::new(1.0, Color32::BLACK);
-                    painter.circle(rect.center(), radius, Color32::WHITE, rim);
+                    let color = marked.mark.map_or(Color32::WHITE, verdict::color);
+                    painter.circle(rect.center(), radius, color, rim);
                 }
             }
         }

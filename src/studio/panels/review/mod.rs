@@ -3,7 +3,9 @@
 mod chosen;
 mod map;
 mod sheet;
+mod strip;
 mod trust;
+mod verdict;
 
 pub use sheet::LampSheetPanel;
 
@@ -14,18 +16,15 @@ use crate::status::Phase;
 use crate::theme::{self, GAP};
 use chosen::ChosenUi;
 use egui::{Button, Color32, RichText, ScrollArea, Ui};
-use evaluation::review::{Case, Means, Metric, Review};
+use evaluation::review::{Means, Metric, Review};
 use worker::{Blocked, SavedReview};
 
 /// Length of the list of largest errors.
 const WORST: usize = 12;
 
-/// Holds the metric, the chosen cell and the note being written.
+/// Holds the note being written.
 #[derive(Default)]
 pub struct ReviewPanel {
-    metric: Metric,
-    /// Indices of case and lamp in the review.
-    chosen: Option<(usize, usize)>,
     note: chosen::Draft,
 }
 
@@ -67,46 +66,43 @@ impl ReviewPanel {
             ui.colored_label(theme::WARNING, failure);
         }
         // A newer measurement may have fewer cases or lamps.
-        self.chosen = (self.chosen)
+        let chosen = (context.state.chosen)
             .filter(|&(case, lamp)| case < review.cases.len() && lamp < review.lamps.len());
+        let metric = context.state.metric;
         ui.add_space(GAP);
-        metrics_ui(ui, &mut self.metric);
-        means_ui(ui, review, self.metric);
+        metrics_ui(ui, metric, out);
+        means_ui(ui, review, metric);
         ui.add_space(GAP);
         let view = map::MapUi {
             review,
-            metric: self.metric,
+            metric,
             marks: &context.review.marks,
-            chosen: self.chosen,
+            chosen,
             solo: &context.state.solo,
             frame: context.state.frame,
         };
         let from_map = view.ui(ui);
         ui.add_space(GAP);
-        if let Some(cell) = self.chosen {
-            let ui_of_chosen = ChosenUi {
-                review,
-                cell,
-                marks: &context.review.marks,
-                metric: self.metric,
-            };
-            ui_of_chosen.ui(ui, &mut self.note, out);
-            ui.add_space(GAP);
+        match chosen {
+            Some(cell) => {
+                let ui_of_chosen = ChosenUi {
+                    review,
+                    cell,
+                    marks: &context.review.marks,
+                    metric,
+                };
+                ui_of_chosen.ui(ui, &mut self.note, out);
+            }
+            None => chosen::next_ui(ui, out),
         }
-        let from_list = worst_ui(ui, review, self.metric, self.chosen);
+        ui.add_space(GAP);
+        quiet_ui(ui, "Frames and poses, the worst mean first");
+        strip::strip_ui(ui, review, context, out);
+        ui.add_space(GAP);
+        let from_list = worst_ui(ui, review, metric, chosen);
         if let Some(cell) = from_map.or(from_list) {
-            self.choose(review, cell, out);
+            out.push(Command::Review(ReviewCommand::Choose(cell)));
         }
-    }
-
-    /// Chooses a cell and shows it beside its truth.
-    fn choose(&mut self, review: &Review, cell: (usize, usize), out: &mut Vec<Command>) {
-        self.chosen = Some(cell);
-        if let Case::Frame(frame) = review.cases[cell.0].case {
-            out.push(Command::View(ViewCommand::Frame(frame)));
-        }
-        out.push(Command::View(ViewCommand::Solo(Some(cell.1))));
-        out.push(Command::View(ViewCommand::Cell(Some(cell))));
     }
 }
 
@@ -210,7 +206,7 @@ fn buttons_ui(
     });
 }
 
-fn metrics_ui(ui: &mut Ui, chosen: &mut Metric) {
+fn metrics_ui(ui: &mut Ui, chosen: Metric, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         for metric in Metric::ALL {
             let hint = match metric {
@@ -218,7 +214,10 @@ fn metrics_ui(ui: &mut Ui, chosen: &mut Metric) {
                 Metric::Psnr => "Error power relative to white, in decibels: higher is better",
                 Metric::Ssim => "Similarity of structure: up to 1, higher is better",
             };
-            ui.selectable_value(chosen, metric, metric.name()).on_hover_text(hint);
+            let name = ui.selectable_label(metric == chosen, metric.name());
+            if name.on_hover_text(hint).clicked() {
+                out.push(Command::View(ViewCommand::Metric(metric)));
+            }
         }
     });
 }

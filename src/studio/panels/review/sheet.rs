@@ -1,5 +1,6 @@
 //! The contact sheet: the current frame under every lamp, each picture in the direction of its lamp.
 
+use super::verdict;
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::missing::no_picture_ui;
@@ -9,7 +10,7 @@ use egui::{
     Align, Align2, Button, Color32, ColorImage, FontId, Layout, Painter, Rect, Response, RichText,
     Sense, Stroke, StrokeKind, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
 };
-use evaluation::review::{Mark, MarkedOlat, place_by_direction};
+use evaluation::review::{MarkedOlat, place_by_direction};
 use glam::Vec3;
 use light::Lamp;
 use std::sync::Arc;
@@ -165,13 +166,9 @@ impl LampPicture<'_> {
         let (rect, texture) = (self.rect, atlas.texture.id());
         painter.image(texture, rect, atlas.place(self.number), Color32::WHITE);
         if let Some(marked) = self.marked {
-            let color = match marked.mark {
-                Some(Mark::Good) => Color32::from_rgb(126, 190, 116),
-                Some(Mark::Doubtful) => theme::ACCENT,
-                Some(Mark::Bad) => Color32::from_rgb(224, 96, 84),
-                None => Color32::WHITE,
-            };
-            painter.circle_filled(rect.right_top() + vec2(-5.0, 5.0), 3.0, color);
+            let color = marked.mark.map_or(Color32::WHITE, verdict::color);
+            let rim = Stroke::new(1.0, Color32::BLACK);
+            painter.circle(rect.right_top() + vec2(-6.0, 6.0), 4.0, color, rim);
         }
         if rect.width() > NUMBERED {
             let font = FontId::proportional(10.0);

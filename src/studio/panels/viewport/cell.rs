@@ -1,25 +1,38 @@
-//! A measured frame or pose under one lamp: what was predicted, the truth, and their difference, moved and enlarged
-//! together.
+//! A measured frame or pose under one lamp: what was predicted, the truth, and their difference, moved and zoomed
+//! together, or one of them alone.
 
-use super::{label, paint, placed, texture, zoom};
+use super::{label, paint, placed, texture, toolbar, zoom};
 use crate::command::{Command, ViewCommand};
+use crate::comparison::CellPicture;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Align2, Button, Layout, Margin, PointerButton, Rect, Sense, Ui, UiBuilder, vec2,
+    Align, Align2, Button, Layout, Margin, PointerButton, Rect, RichText, Sense, TextureId, Ui,
+    UiBuilder, Vec2, vec2,
 };
 use egui::{TextureHandle, WidgetInfo};
-use evaluation::review::{Case, Metric};
+use evaluation::review::{Case, Metric, heat};
+use imaging::Encoded;
 use std::sync::Arc;
-use worker::CellPictures;
+use worker::{CellPictures, SrgbPicture};
 
 /// Height of the line that says what is shown.
 const HEIGHT: f32 = 32.0;
+/// Points that have to be free for the line's hint.
+const HINT: f32 = 200.0;
 
 /// The textures of the pictures that are shown.
 #[derive(Default)]
 pub struct CellUi {
-    shown: Option<(Arc<CellPictures>, [TextureHandle; 3])>,
+    shown: Option<CellTextures>,
+}
+
+struct CellTextures {
+    of: Arc<CellPictures>,
+    /// What the difference is multiplied by.
+    gain: f32,
+    /// In the order of [`CellPicture::ALL`].
+    textures: [TextureHandle; 3],
 }
 
 impl CellUi {
@@ -34,8 +47,9 @@ impl CellUi {
         let (Some(cell), Some(Ok(pictures))) = (context.state.cell, &context.review.cell) else {
             return false;
         };
-        self.upload(ui.ctx(), pictures);
-        let Some((_, textures)) = &self.shown else {
+        let gain = context.state.gain;
+        self.upload(ui.ctx(), pictures, gain);
+        let Some(shown) = &self.shown else {
             return false;
         };
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
@@ -46,13 +60,14 @@ impl CellUi {
             Case::Pose(_) => "photograph",
             Case::Frame(_) => "truth",
         };
-        let names = ["prediction", truth, "difference (FLIP)"];
+        let difference = format!("difference (FLIP × {gain})");
+        let names = ["prediction", truth, difference.as_str()];
         let size = vec2(
             pictures.predicted.width as f32,
             pictures.predicted.height as f32,
         );
         let is_wide = rect.width() > 1.4 * rect.height();
-        for (i, (texture, name)) in textures.iter().zip(names).enumerate() {
+        let third = |i: usize| {
             let share = |side: f32| side * i as f32 / 3.0;
             let (step, part) = match is_wide {
                 true => (
@@ -64,33 +79,86 @@ impl CellUi {
                     vec2(rect.width(), rect.height() / 3.0),
                 ),
             };
-            let part = Rect::from_min_size(rect.min + step, part).shrink(1.0);
-            let (place, _) = placed(part, size, context);
-            paint(ui, part, texture.id(), place, (0.0, 1.0));
-            label(ui, part, Align2::LEFT_TOP, name);
-            let response = ui.interact(part, ui.scope_id().with(("cell", i)), Sense::drag());
-            response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, name));
-            let drags = [PointerButton::Primary, PointerButton::Middle];
-            if drags.into_iter().any(|button| response.dragged_by(button)) {
-                let by = response.drag_delta();
-                out.push(Command::View(ViewCommand::Pan(by.into())));
-            }
-            zoom(ui, &response, part, out);
+            Rect::from_min_size(rect.min + step, part).shrink(1.0)
+        };
+        let all = CellPicture::ALL.into_iter().zip(&shown.textures);
+        for (i, ((which, texture), name)) in all.zip(names).enumerate() {
+            let part = match context.state.enlarged {
+                Some(enlarged) if enlarged != which => continue,
+                Some(_) => rect,
+                None => third(i),
+            };
+            let picture = OnePicture {
+                which,
+                name,
+                texture: texture.id(),
+                size,
+            };
+            picture.ui(ui, part, context, out);
         }
         true
     }
 
-    fn upload(&mut self, ctx: &egui::Context, pictures: &Arc<CellPictures>) {
-        let same = |(shown, _): &(Arc<CellPictures>, _)| Arc::ptr_eq(shown, pictures);
-        if self.shown.as_ref().is_some_and(same) {
-            return;
-        }
-        let each = [&pictures.predicted, &pictures.truth, &pictures.difference];
-        let textures = each.map(|picture| {
+    fn upload(&mut self, ctx: &egui::Context, pictures: &Arc<CellPictures>, gain: f32) {
+        let upload = |picture: &SrgbPicture, old| {
             let size = [picture.width, picture.height];
-            texture(ctx, "cell", None, size, &picture.rgb)
+            texture(ctx, "cell", old, size, &picture.rgb)
+        };
+        let (predicted, truth, old) = match self.shown.take() {
+            Some(shown) if Arc::ptr_eq(&shown.of, pictures) => {
+                if shown.gain == gain {
+                    self.shown = Some(shown);
+                    return;
+                }
+                let [predicted, truth, difference] = shown.textures;
+                (predicted, truth, Some(difference))
+            }
+            _ => (
+                upload(&pictures.predicted, None),
+                upload(&pictures.truth, None),
+                None,
+            ),
+        };
+        let difference =
+            SrgbPicture::of(&Encoded(pictures.difference.map(|flip| heat(gain * flip))));
+        self.shown = Some(CellTextures {
+            of: pictures.clone(),
+            gain,
+            textures: [predicted, truth, upload(&difference, old)],
         });
-        self.shown = Some((pictures.clone(), textures));
+    }
+}
+
+/// One of the three pictures.
+struct OnePicture<'a> {
+    which: CellPicture,
+    name: &'a str,
+    texture: TextureId,
+    /// Columns and rows in pixels.
+    size: Vec2,
+}
+
+impl OnePicture<'_> {
+    /// Draws it into `part`. A click shows it alone, or all three again.
+    fn ui(&self, ui: &Ui, part: Rect, context: &PanelContext, out: &mut Vec<Command>) {
+        let (place, _) = placed(part, self.size, context);
+        paint(ui, part, self.texture, place, (0.0, 1.0));
+        label(ui, part, Align2::LEFT_TOP, self.name);
+        let id = ui.scope_id().with(("cell", self.which as usize));
+        let response = ui.interact(part, id, Sense::click_and_drag());
+        response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, self.name));
+        let drags = [PointerButton::Primary, PointerButton::Middle];
+        if drags.into_iter().any(|button| response.dragged_by(button)) {
+            let by = response.drag_delta();
+            out.push(Command::View(ViewCommand::Pan(by.into())));
+        } else if response.clicked() {
+            let enlarged = match context.state.enlarged {
+                Some(_) => None,
+                None => Some(self.which),
+            };
+            out.push(Command::View(ViewCommand::Enlarge(enlarged)));
+        }
+        zoom(ui, &response, part, out);
     }
 }
 
@@ -123,10 +191,29 @@ fn bar_ui(
                     }
                 }
             }
+            let enlarged = context.state.enlarged;
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let back = Button::new("Back");
-                if ui.add(back).on_hover_text("Key: Esc").clicked() {
-                    out.push(Command::View(ViewCommand::Cell(None)));
+                ui.spacing_mut().item_spacing.x = GAP;
+                let (text, hint, to) = match enlarged {
+                    None => ("Back", "To the picture. Key: Esc", ViewCommand::Cell(None)),
+                    Some(_) => (
+                        "All three",
+                        "Or click the picture. Key: Esc",
+                        ViewCommand::Enlarge(None),
+                    ),
+                };
+                if ui.add(Button::new(text)).on_hover_text(hint).clicked() {
+                    out.push(Command::View(to));
+                }
+                if enlarged.is_none_or(|one| one == CellPicture::Difference) {
+                    toolbar::gain_ui(ui, context, out);
+                }
+                if ui.available_width() > HINT {
+                    let hint = match enlarged {
+                        None => "Click enlarges one, Q flips",
+                        Some(_) => "Q: prediction or truth",
+                    };
+                    ui.label(RichText::new(hint).color(theme::QUIET));
                 }
             });
         });

@@ -16,6 +16,7 @@ use crate::icons;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::panels::{TEXT_WIDTH, dismiss_ui, notice_ui};
+use crate::region::Region;
 use crate::theme::{self, GAP};
 use cell::CellUi;
 use doubts::Doubts;
@@ -33,6 +34,8 @@ use worker::PreviewPicture;
 const DEGREES_PER_POINT: f32 = 0.4;
 /// Points to either side of the wipe line within which it can be grabbed.
 const HOLD: f32 = 6.0;
+/// Points that a pointer may move in a click.
+const STILL: f32 = 4.0;
 
 /// The viewport, and the textures that it shows.
 #[derive(Default)]
@@ -45,6 +48,9 @@ pub struct ViewportPanel {
     cell: CellUi,
     /// Whether the second of two pictures was under the cursor last.
     second: bool,
+    /// Where the drag began that draws a region.
+    drawing: Option<Pos2>,
+    means: readout::RegionReadings,
 }
 
 struct ViewportTextures {
@@ -65,6 +71,22 @@ impl ViewportTextures {
         is_wiped.then(|| placed(rect, self.size(), context).0)
     }
 
+    /// Whether the two pictures are side by side.
+    fn has_sides(&self, context: &PanelContext) -> bool {
+        let compare = &context.state.compare;
+        compare.on && compare.mode == CompareMode::Side && self.second.is_some()
+    }
+
+    /// The place of the picture that is drawn at a point, and whether it is the right of two. `place` is that of the picture, or
+    /// of the left one.
+    fn place_at(&self, at: Pos2, rect: Rect, place: Rect, context: &PanelContext) -> (Rect, bool) {
+        let right = 0.5 * rect.width();
+        match self.has_sides(context) && at.x > rect.left() + right {
+            true => (place.translate(vec2(right, 0.0)), true),
+            false => (place, false),
+        }
+    }
+
     /// The pixel under the cursor, and whether the second picture is seen there. `place` is where the picture is, or the
     /// left of two.
     fn under(
@@ -76,13 +98,9 @@ impl ViewportTextures {
     ) -> Option<([usize; 2], bool)> {
         let at = ui.input(|i| i.pointer.latest_pos());
         let at = at.filter(|_| ui.rect_contains_pointer(rect))?;
-        let (compare, right) = (&context.state.compare, 0.5 * rect.width());
+        let compare = &context.state.compare;
         let has_two = compare.on && self.second.is_some();
-        let is_right = has_two && compare.mode == CompareMode::Side && at.x > rect.left() + right;
-        let place = match is_right {
-            true => place.translate(vec2(right, 0.0)),
-            false => place,
-        };
+        let (place, is_right) = self.place_at(at, rect, place, context);
         let share = (at - place.min) / place.size();
         let inside = (0.0..1.0).contains(&share.x) && (0.0..1.0).contains(&share.y);
         let pixel = |share: f32, length: usize| (share * length as f32) as usize;
@@ -137,9 +155,17 @@ impl ViewportPanel {
                 let below = rect.with_min_y(rect.bottom() - readout::HEIGHT);
                 rect.max.y = below.top();
                 let aims = context.state.aims;
-                let response = gestures(ui, rect, shown.wiped(rect, context), aims, out);
+                let wiped = shown.wiped(rect, context);
+                let response = gestures(ui, rect, wiped, (aims, &mut self.drawing), out);
                 let (place, fit) = pictures_ui(ui, rect, shown, context, out);
                 self.fit = fit;
+                if let Some(from) = self.drawing {
+                    let of = shown.place_at(from, rect, place, context).0;
+                    if draw_region(ui, &response, (from, of), shown, context, out) {
+                        self.drawing = None;
+                    }
+                }
+                region_ui(ui, rect, place, shown, context);
                 let under = shown.under(ui, rect, place, context);
                 if aims {
                     let pixel = under.map(|(pixel, _)| pixel);
@@ -152,7 +178,8 @@ impl ViewportPanel {
                         out.push(Command::View(ViewCommand::Pixel(Some(pixel))));
                     }
                 }
-                readout::strip_ui(ui, below, context, &shown.relit, self.second);
+                let means = &mut self.means;
+                readout::strip_ui(ui, below, context, &shown.relit, self.second, means);
                 if context.state.look.effects.inspection == Inspection::FalseColor {
                     readout::legend_ui(ui, rect);
                 }
@@ -302,7 +329,7 @@ fn pictures_ui(
             let (place, fit) = placed(rect, size, context);
             paint(ui, rect, first_texture, place, (0.0, 1.0));
             if second.is_some() {
-                let gain = crate::state::GAIN;
+                let gain = context.state.gain;
                 let text = format!("difference of {} and {}, × {gain}", first(), name());
                 label(ui, rect, Align2::LEFT_TOP, &text);
             }
@@ -369,12 +396,12 @@ fn wipe_to(place: Rect, at: Pos2) -> Command {
 }
 
 /// Drags and the wheel. Where two pictures are wiped, a drag moves the line over `wiped`, the picture's place; else it turns the
-/// light, unless it `aims` another.
+/// light, unless it `aims` another. With Ctrl and Shift it draws a region: `drawing` is where that began.
 fn gestures(
     ui: &Ui,
     rect: Rect,
     wiped: Option<Rect>,
-    aims: bool,
+    (aims, drawing): (bool, &mut Option<Pos2>),
     out: &mut Vec<Command>,
 ) -> Response {
     let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::drag());
@@ -382,7 +409,17 @@ fn gestures(
     let shift = ui.input(|i| i.modifiers.shift);
     let delta = response.drag_delta();
     let by = |button| response.dragged_by(button);
-    if by(PointerButton::Primary) && !(aims && aim::takes(ui, &response)) {
+    let draws = ui.input(|i| i.modifiers.command && i.modifiers.shift);
+    if response.drag_started() {
+        let origin = ui.input(|i| i.pointer.press_origin());
+        *drawing = origin.filter(|_| draws && by(PointerButton::Primary));
+    }
+    if draws && response.hovered() {
+        ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+    }
+    if drawing.is_some() {
+        // Seen to once it is known where the picture is.
+    } else if by(PointerButton::Primary) && !(aims && aim::takes(ui, &response)) {
         match (wiped, response.interact_pointer_pos()) {
             (Some(place), Some(at)) => out.push(wipe_to(place, at)),
             _ => out.push(Command::Look(LookCommand::Turn(
@@ -398,6 +435,62 @@ fn gestures(
     }
     zoom(ui, &response, rect, out);
     response
+}
+
+/// Takes in a drag that draws a region from a point on, of the picture in `place`; a click ends the region. Returns whether the
+/// drag is over.
+fn draw_region(
+    ui: &Ui,
+    drag: &Response,
+    (from, place): (Pos2, Rect),
+    shown: &ViewportTextures,
+    context: &PanelContext,
+    out: &mut Vec<Command>,
+) -> bool {
+    let is_over = !drag.dragged();
+    let Some(at) = ui.input(|i| i.pointer.interact_pos()) else {
+        return is_over;
+    };
+    let region = match (at.distance(from) > STILL, is_over) {
+        (true, false) => {
+            let share = |at: Pos2| -> [f32; 2] { ((at - place.min) / place.size()).into() };
+            let size = [shown.relit.width, shown.relit.height];
+            Region::between(share(from), share(at), size)
+        }
+        (false, true) => None,
+        // The last motion of a drag was seen to before its end.
+        _ => return is_over,
+    };
+    if region != context.state.region {
+        out.push(Command::View(ViewCommand::Region(region)));
+    }
+    is_over
+}
+
+/// The edge of the region that is measured, in each of the pictures.
+fn region_ui(ui: &Ui, rect: Rect, place: Rect, shown: &ViewportTextures, context: &PanelContext) {
+    let size = [shown.relit.width, shown.relit.height];
+    let Some(region) = context.state.region.and_then(|region| region.inside(size)) else {
+        return;
+    };
+    let point = place.size() / vec2(size[0] as f32, size[1] as f32);
+    let at = |[x, y]: [usize; 2]| vec2(x as f32, y as f32) * point;
+    let corner = place.min + at([region.left, region.top]);
+    let edge = Rect::from_min_size(corner, at(region.size()));
+    let (left, right) = rect.split_left_right_at_fraction(0.5);
+    let sides: &[(Rect, f32)] = match shown.has_sides(context) {
+        true => &[(left, 0.0), (right, 0.5 * rect.width())],
+        false => &[(rect, 0.0)],
+    };
+    for &(clip, by) in sides {
+        let (painter, edge) = (
+            ui.painter().with_clip_rect(clip),
+            edge.translate(vec2(by, 0.0)),
+        );
+        for (width, color) in [(3.0, Color32::BLACK), (1.0, theme::ACCENT)] {
+            painter.rect_stroke(edge, 0.0, Stroke::new(width, color), StrokeKind::Middle);
+        }
+    }
 }
 
 /// The wheel and a pinch over what is in `rect`.

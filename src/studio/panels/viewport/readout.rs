@@ -1,66 +1,119 @@
-//! The pixel under the cursor, and what false colours mean.
+//! The pixel under the cursor or the means of a region, and what false colours mean.
 
 use super::toolbar;
+use crate::comparison::{CompareMode, CompareSettings};
 use crate::panel_context::PanelContext;
+use crate::region::{Region, mean};
 use crate::theme::{self, GAP};
 use compositor::{CLIPPED, LEGEND, code};
 use egui::text::LayoutJob;
 use egui::{Align2, Color32, FontId, Rect, Role, Sense, TextFormat, Ui, WidgetInfo, vec2};
 use imaging::color::byte_from_unit;
 use scene::Inspection;
+use std::sync::Arc;
 use worker::{PreviewPicture, SrgbPicture};
+
+/// How a region is drawn and left.
+pub const REGION_HINT: &str = "Ctrl+Shift+drag over the picture reads the mean of a region; Esc or Ctrl+Shift+click ends that";
 
 /// The strip's height in points.
 pub const HEIGHT: f32 = 24.0;
 
-/// What a pixel of one of the two pictures is.
+/// What a pixel of one of the two pictures is, or the mean of several.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
     /// The picture's name.
     pub name: String,
-    /// Its 8-bit codes.
-    pub codes: [u8; 3],
+    /// Its 8-bit codes, 0 to 255.
+    pub codes: [f32; 3],
     /// Its scene-linear light, where that is known.
     pub linear: Option<[f32; 3]>,
+    /// Whether it is a mean.
+    pub is_mean: bool,
 }
 
 impl Reading {
+    /// The codes: of a mean, with a tenth.
+    pub fn codes_text(&self) -> String {
+        let ([r, g, b], tenths) = (self.codes, usize::from(self.is_mean));
+        let width = 3 + 2 * tenths;
+        format!("{r:width$.tenths$} {g:width$.tenths$} {b:width$.tenths$}")
+    }
+
     /// The codes, and the light if it is known.
     pub fn text(&self) -> String {
-        let [r, g, b] = self.codes;
         let light = self.linear.map_or(String::new(), |[r, g, b]| {
             format!("   linear {r:.4} {g:.4} {b:.4}")
         });
-        format!("{r:3} {g:3} {b:3}{light}")
+        format!("{}{light}", self.codes_text())
     }
 }
 
-/// The readings of a pixel: of the picture, or of what is shown in its place, and of what that is compared with. Channels and
-/// false colours are read as the picture that they are of.
-pub fn readings(context: &PanelContext, relit: &PreviewPicture, at: [usize; 2]) -> Vec<Reading> {
+/// The readings of a region, until the picture or the region is another: it may have millions of pixels.
+#[derive(Default)]
+pub struct RegionReadings(Option<(Arc<PreviewPicture>, Region, CompareSettings, Vec<Reading>)>);
+
+impl RegionReadings {
+    /// The readings of a region of the newest picture.
+    pub fn of(
+        &mut self,
+        context: &PanelContext,
+        relit: &Arc<PreviewPicture>,
+        region: Region,
+    ) -> &[Reading] {
+        let compare = &context.state.compare;
+        let known = self.0.take().filter(|(of, read, compared, _)| {
+            Arc::ptr_eq(of, relit) && *read == region && compared == compare
+        });
+        let known = known.unwrap_or_else(|| {
+            let found = readings(context, relit, region);
+            (relit.clone(), region, compare.clone(), found)
+        });
+        &self.0.insert(known).3
+    }
+}
+
+/// The readings of a region, or of one pixel: of the picture, or of what is shown in its place, and of what that is compared
+/// with. Channels and false colours are read as the picture that they are of.
+pub fn readings(context: &PanelContext, relit: &PreviewPicture, region: Region) -> Vec<Reading> {
     let compare = &context.state.compare;
-    let pixel = |codes: &SrgbPicture| {
-        let place = at[1] * codes.width + at[0];
-        codes.rgb.as_chunks::<3>().0.get(place).copied()
+    let size = [relit.width, relit.height];
+    let Some(region) = region.inside(size) else {
+        return Vec::new();
     };
-    let linear = relit.linear.as_ref();
-    let linear = linear.and_then(|linear| linear.pixels.get(at[1] * relit.width + at[0]).copied());
+    let is_mean = region.size() != [1, 1];
+    let codes = |rgb: &[u8], its_size: [usize; 2]| {
+        let pixels = rgb.as_chunks::<3>().0;
+        let pixels = region.scaled(size, its_size).of(pixels, its_size[0]);
+        mean(pixels.map(|pixel| pixel.map(f32::from)))
+    };
+    let pixel = |picture: &SrgbPicture| codes(&picture.rgb, [picture.width, picture.height]);
+    let light = || {
+        let linear = relit.linear.iter();
+        linear.flat_map(move |linear| region.of(&linear.pixels, linear.width).copied())
+    };
+    let linear = mean(light());
     let effects = relit.scene.effects;
     let first = match (&relit.first, &compare.first) {
         (Some((_, codes)), Some(with)) => pixel(codes).map(|codes| Reading {
             name: toolbar::name(with, context),
             codes,
             linear: None,
+            is_mean,
         }),
         _ => {
-            let codes = match (effects.inspection, linear) {
-                (Inspection::Picture, _) | (_, None) => relit.codes(at),
-                (_, Some(light)) => Some(code(light, effects.view).map(byte_from_unit)),
+            let shown = match (effects.inspection, linear) {
+                (Inspection::Picture, _) | (_, None) => codes(&relit.rgb, relit.rgb_size),
+                _ => mean(light().map(|light| {
+                    let codes = code(light, effects.view).map(byte_from_unit);
+                    codes.map(f32::from)
+                })),
             };
-            codes.map(|codes| Reading {
+            shown.map(|codes| Reading {
                 name: "relit".to_owned(),
                 codes,
                 linear,
+                is_mean,
             })
         }
     };
@@ -71,12 +124,20 @@ pub fn readings(context: &PanelContext, relit: &PreviewPicture, at: [usize; 2]) 
             name: toolbar::name(&compare.reference, context),
             codes,
             linear: None,
+            is_mean,
         });
     first.into_iter().chain(second).collect()
 }
 
-/// The strip below the picture: frame, light, and the pixel in both pictures. The one under the cursor is bright.
-pub fn strip_ui(ui: &Ui, rect: Rect, context: &PanelContext, relit: &PreviewPicture, second: bool) {
+/// The strip below the picture: frame, light, and the region or the pixel in both pictures. The one under the cursor is bright.
+pub fn strip_ui(
+    ui: &Ui,
+    rect: Rect,
+    context: &PanelContext,
+    relit: &Arc<PreviewPicture>,
+    second: bool,
+    means: &mut RegionReadings,
+) {
     ui.painter().rect_filled(rect, 0.0, theme::WELL);
     let state = context.state;
     let light = match state.solo.first() {
@@ -103,9 +164,26 @@ pub fn strip_ui(ui: &Ui, rect: Rect, context: &PanelContext, relit: &PreviewPict
         &format!("frame {}   {light}", relit.scene.frame),
         theme::QUIET,
     );
-    let found = state.probed.map(|at| (at, readings(context, relit, at)));
-    if let Some(([x, y], found)) = found {
-        add(&format!("   {x:4},{y:4}"), theme::QUIET);
+    let gain = state.gain;
+    let differs = state.compare.on && state.compare.mode == CompareMode::Difference;
+    if differs {
+        add(&format!("   difference × {gain}"), theme::QUIET);
+    }
+    let pixel;
+    let found = match (state.region, state.probed) {
+        (Some(region), _) => {
+            let [columns, rows] = region.size();
+            let found = means.of(context, relit, region);
+            Some((format!("   mean of {columns} × {rows}"), found))
+        }
+        (None, Some([x, y])) => {
+            pixel = readings(context, relit, Region::pixel([x, y]));
+            Some((format!("   {x:4},{y:4}"), pixel.as_slice()))
+        }
+        (None, None) => None,
+    };
+    if let Some((place, found)) = found {
+        add(&place, theme::QUIET);
         let two = found.len() > 1;
         for (place, reading) in found.iter().enumerate() {
             let color = match two && (place == 1) != second {
@@ -129,10 +207,14 @@ pub fn strip_ui(ui: &Ui, rect: Rect, context: &PanelContext, relit: &PreviewPict
     ui.painter().galley(at.min, galley, theme::QUIET);
     let response = ui.interact(rect, ui.scope_id().with("readout"), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
-    response.on_hover_text(
-        "The pixel under the cursor: 8-bit codes as they are shown, then scene-linear light. A and B are the two \
-         pictures that are compared.",
-    );
+    let mut hint = "The pixel under the cursor: 8-bit codes as they are shown, then scene-linear light. A and B are the \
+                    two pictures that are compared. "
+        .to_owned()
+        + REGION_HINT;
+    if differs {
+        hint += &format!(". The difference is shown × {gain}");
+    }
+    response.on_hover_text(hint);
 }
 
 /// What false colours mean, in a corner of the picture.

@@ -4,7 +4,7 @@ use crate::command::{
     AimCommand, Command, Dialog, ExportCommand, LookCommand, TrainingCommand, ViewCommand,
     WindowCommand,
 };
-use crate::comparison::{CompareMode, CompareSettings, Reference};
+use crate::comparison::{CompareMode, CompareSettings, GAINS, Reference};
 use crate::export_options::ExportOptions;
 use crate::icons;
 use crate::panel_context::PanelContext;
@@ -185,6 +185,30 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     });
     (response.response)
         .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "How to compare"));
+    if compare.mode == CompareMode::Difference {
+        gain_ui(ui, context, out);
+    }
+}
+
+/// The list of what differences are multiplied by.
+pub fn gain_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let now = context.state.gain;
+    let list = ComboBox::from_id_salt("difference gain")
+        .selected_text(format!("× {now}"))
+        .width(56.0);
+    let response = list.show_ui(ui, |ui| {
+        for gain in GAINS {
+            if ui
+                .selectable_label(gain == now, format!("× {gain}"))
+                .clicked()
+            {
+                out.push(Command::View(ViewCommand::Gain(gain)));
+            }
+        }
+    });
+    let list = response.response;
+    list.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "Difference gain"));
+    list.on_hover_text(format!("The difference is shown × {now}"));
 }
 
 /// Sets the accessible name of a menu's button.

@@ -1,0 +1,112 @@
+//! The review: its jobs, the chosen cell, and verdicts.
+
+use super::StudioApp;
+use crate::command::{ReviewCommand, ViewCommand};
+use crate::layout::Pane;
+use confidence::ConfidenceSettings;
+use evaluation::review::{Case, Mark, MarkedOlat, ReviewSettings};
+use std::path::PathBuf;
+use worker::Job;
+
+impl StudioApp {
+    pub(super) fn apply_to_review(&mut self, command: ReviewCommand) {
+        let done = match command {
+            ReviewCommand::Measure(truth) => self.review_network(truth, true, None),
+            ReviewCommand::Report(to) => self.review_network(None, false, Some(to)),
+            ReviewCommand::Trust(errors) => self.session.run(|project| Job::Confidence {
+                project: project.root.clone(),
+                settings: ConfidenceSettings {
+                    errors,
+                    device: self.device,
+                    ..ConfidenceSettings::default()
+                },
+            }),
+            ReviewCommand::Mark(marked) => self.mark(*marked),
+            ReviewCommand::Verdict(verdict) => self.judge(verdict),
+            ReviewCommand::Choose(cell) => {
+                self.choose(cell);
+                Ok(())
+            }
+            ReviewCommand::NextWorst => self.choose_next_worst(),
+        };
+        self.refuse_unless(done);
+    }
+
+    /// Compares the network with the truth, or writes what is known of that as a page.
+    fn review_network(
+        &self,
+        truth: Option<PathBuf>,
+        fresh: bool,
+        report: Option<PathBuf>,
+    ) -> Result<(), String> {
+        let settings = ReviewSettings {
+            truth: truth.or_else(|| self.readers.review.truth()),
+            fresh,
+            report,
+            device: self.device,
+        };
+        self.session.run(|project| Job::Review {
+            project: project.root.clone(),
+            settings,
+        })
+    }
+
+    fn mark(&mut self, marked: MarkedOlat) -> Result<(), String> {
+        (self.session.writable()).and_then(|()| self.readers.review.mark(marked))
+    }
+
+    /// Gives the chosen cell a verdict and leaves its note. Outside the map's pane, the cell has to be shown.
+    fn judge(&mut self, verdict: Mark) -> Result<(), String> {
+        let cell = match self.state.active {
+            Pane::Review => self.state.chosen,
+            _ => self.state.cell,
+        };
+        let names = cell.and_then(|(case, lamp)| {
+            let review = self.readers.review.measured()?;
+            Some((&review.cases.get(case)?.name, review.lamps.get(lamp)?))
+        });
+        let Some((case, lamp)) = names else {
+            return Err("Choose a cell first: click one in the map of errors".to_owned());
+        };
+        let marked = self.readers.review.marks.of(case, lamp);
+        let note = marked.map_or("", |marked| &marked.note);
+        let marked = MarkedOlat::new(case, lamp, Some(verdict), note);
+        self.mark(marked)
+    }
+
+    /// Chooses a cell and shows it beside its truth.
+    fn choose(&mut self, cell: (usize, usize)) {
+        let review = self.readers.review.measured();
+        let Some(case) = review.and_then(|review| {
+            let is_there = cell.1 < review.lamps.len();
+            review.cases.get(cell.0).filter(|_| is_there)
+        }) else {
+            return;
+        };
+        if let Case::Frame(frame) = case.case {
+            self.state.show(ViewCommand::Frame(frame));
+        }
+        self.state.show(ViewCommand::Solo(Some(cell.1)));
+        self.state.show(ViewCommand::Cell(Some(cell)));
+    }
+
+    fn choose_next_worst(&mut self) -> Result<(), String> {
+        let Some(review) = self.readers.review.measured() else {
+            return Err("Nothing is measured yet: click Measure in Measurements".to_owned());
+        };
+        let (metric, marks) = (self.state.metric, &self.readers.review.marks);
+        match review.next_unmarked(metric, marks, self.state.chosen) {
+            Some(cell) => self.choose(cell),
+            None => self.status.say("Every cell has a verdict".to_owned()),
+        }
+        Ok(())
+    }
+
+    /// Whether the key that switches between two pictures is about those of a cell: where one is shown, unless keys go to the
+    /// picture beside it.
+    pub(super) fn flips_cell(&self) -> bool {
+        let beside = self.state.active == Pane::Picture && self.shown.contains(&Pane::Lamps);
+        let failed = matches!(self.readers.review.cell, Some(Err(_)));
+        self.state.cell.is_some() && !failed && !beside
+    }
+}

@@ -1,0 +1,44 @@
+//! How verdicts look: a colour, a word and the key beside it.
+
+use crate::panels::job::capitalized;
+use crate::theme;
+use egui::{Button, Color32, Response, RichText, Role, Stroke, Ui, WidgetInfo};
+use evaluation::review::Mark;
+
+/// The colour of a verdict.
+pub fn color(mark: Mark) -> Color32 {
+    match mark {
+        Mark::Good => theme::GOOD,
+        Mark::Doubtful => theme::DOUBTFUL,
+        Mark::Bad => theme::RED,
+    }
+}
+
+/// The buttons of all verdicts; their keys are their places. Returns the clicked one.
+pub fn verdicts_ui(ui: &mut Ui, given: Option<Mark>) -> Option<Mark> {
+    let mut clicked = None;
+    for (place, mark) in Mark::ALL.into_iter().enumerate() {
+        let chosen = given == Some(mark);
+        if button_ui(ui, place + 1, mark, chosen).clicked() {
+            clicked = Some(mark);
+        }
+    }
+    clicked
+}
+
+fn button_ui(ui: &mut Ui, key: usize, mark: Mark, chosen: bool) -> Response {
+    let (color, name) = (color(mark), capitalized(mark.name()));
+    let (text, fill) = match chosen {
+        true => (theme::WELL, color),
+        false => (color, theme::WELL),
+    };
+    let text = RichText::new(format!("{key} {name}")).color(text);
+    let button = Button::new(text).fill(fill).stroke(Stroke::new(1.0, color));
+    let response = ui.add(button);
+    response.widget_info(|| WidgetInfo::selected(Role::Button, true, chosen, &name));
+    let hint = match chosen {
+        true => "Click to take the verdict back".to_owned(),
+        false => format!("Key: {key}, here and over the cell's pictures"),
+    };
+    response.on_hover_text(hint)
+}
