@@ -97,7 +97,7 @@ impl Circle {
     }
 
     /// The centre as a vector.
-    pub(super) fn center(&self) -> DVec2 {
+    pub(in super::super) fn center(&self) -> DVec2 {
         DVec2::from(self.center_px)
     }
 
