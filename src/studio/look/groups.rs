@@ -151,7 +151,9 @@ mod tests {
     #[test]
     fn what_nothing_was_changed_of_is_no_step_when_it_is_reset() {
         let mut s = State::new(1, 24.0);
-        ALL.map(|group| s.change(LookCommand::Reset(group)));
+        for group in ALL {
+            s.change(LookCommand::Reset(group));
+        }
         assert!(!s.can_undo());
     }
 }
