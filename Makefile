@@ -125,6 +125,12 @@ demo-interview: build setup
 		cp target/interview/interview_masks/$$name.png assets/interview/ || exit 1; \
 	done
 
+# Cuts the start page's picture out of the demo's relit frames.
+.PHONY: welcome
+welcome:
+	ffmpeg -loglevel error -y -i docs/relit.jpg -vf crop=2160:600:0:60,scale=1440:400:flags=area -map_metadata -1 \
+		-fflags +bitexact -flags:v +bitexact -q:v 4 assets/welcome/interview.jpg
+
 # What others install: a .deb, a tarball and the notes of this version, in target/package. Takes half an hour.
 .PHONY: package test-package
 package: setup

@@ -144,6 +144,12 @@ fn drop_onto(window: &mut Window, path: impl Into<std::path::PathBuf>) {
     window.run_steps(2);
 }
 
+/// Scrolls to what has this label.
+fn scroll_to(window: &mut Window, label: &str) {
+    window.get_by_label(label).scroll_to_me();
+    window.run_steps(4);
+}
+
 /// Waits until the picture is the one that the state asks for.
 fn until_shown(window: &mut Window) {
     window.run_steps(2);
@@ -352,6 +358,7 @@ fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
     until_shown(&mut window);
     assert_eq!(picture(&window), before);
 
+    scroll_to(&mut window, "Add light");
     window.get_by_label("Add light").click();
     until_shown(&mut window);
     let lit = picture(&window);
@@ -402,6 +409,7 @@ fn exposure_background_and_the_reset_of_the_view() {
     window.key_press_modifiers(Modifiers::SHIFT, Key::E);
     window.run();
     assert_eq!(window.state().state().look.exposure_stops, 0.5);
+    scroll_to(&mut window, "environment");
     window.get_by_label("environment").click();
     until_shown(&mut window);
     assert_eq!(window.state().state().look.background, Background::None);
@@ -763,7 +771,7 @@ fn snapshot_without(window: &mut Window, name: &str, places: &[egui::Rect]) {
         };
         window.mask(egui::Rect::from_min_size(
             label.min,
-            vec2(130.0, label.height()),
+            vec2(190.0, label.height()),
         ));
     }
     let (threshold, pixels) = SNAPSHOT;

@@ -48,7 +48,7 @@ pub(super) fn check(pictures: &Pictures) -> Check {
     let looked = match pictures.all_frames == far.len() {
         true => format!("{} frames", far.len()),
         false => format!(
-            "{} of {} frames that were looked at",
+            "{} checked frames ({} in all)",
             far.len(),
             pictures.all_frames
         ),

@@ -16,7 +16,7 @@ use worker::Job;
 pub struct BlindArgs {
     /// The project's folder.
     project: PathBuf,
-    /// Write no page, but collect these files of answers and count all that were collected; without a file only count.
+    /// Write no page: collect these files of answers, and count all that were collected. Without a file, only count.
     #[arg(
         long,
         value_name = "FILE",

@@ -13,12 +13,12 @@ use worker::{Job, Outcome};
 /// The last line, for those who want to know what was not looked at.
 const HARD_CASES: &str = "Damaged files, extreme light and other hard cases: docs/stability.md says what is done about each";
 
-/// Say how far a project can be trusted: lamps, camera response, interview light, frames, environments. Each check is
+/// Check how far a project can be trusted: lamps, camera response, interview light, frames, environments. Each check is
 /// green, amber, red or not known, with a sentence and a remedy.
 ///
 /// Or rebuild the picture of an exported EXR from its light layers and say how much is missing.
 ///
-/// The exit code is 0 if the check could be made, whatever it says. With --strict it is 1 unless all is green.
+/// The exit code is 0 if the check could be made, whatever its result. With --strict it is 1 unless all is green.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight check interview --strict --environment courtyard\n         afterlight check shot.0007.exr"
@@ -30,7 +30,7 @@ pub struct CheckArgs {
     /// times [default: all of the project's].
     #[arg(long, value_name = "NAME")]
     environment: Vec<PathBuf>,
-    /// Exit with 1 if anything is amber, red or not known, as a pipeline wants that must not go on then.
+    /// Exit with 1 if anything is amber, red or not known, so that a pipeline stops.
     #[arg(long)]
     strict: bool,
     #[command(flatten)]

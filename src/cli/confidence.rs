@@ -6,11 +6,11 @@ use clap::Args;
 use std::path::PathBuf;
 use worker::Job;
 
-/// Find out how far predictions can be trusted where there is no truth: which frames are unlike every pose that was
-/// photographed, which frames to photograph as poses next, and, with --errors, how large errors are. For these a network is
-/// trained for each pose without it, and compared with its photographs.
+/// Estimate how far predictions can be trusted without a ground truth: which frames are unlike every photographed pose,
+/// which to photograph as poses next and, with --errors, how large the errors are. For that it trains a network for each
+/// pose without it, and compares it with the pose's photographs.
 ///
-/// What is found is kept in the project's folder `confidence`, and a run that was stopped goes on.
+/// Results are kept in the project's folder `confidence`; a stopped run resumes.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight confidence interview\n         afterlight confidence interview --errors 20"

@@ -20,7 +20,7 @@ use worker::{Job, Outcome};
 pub struct MachineArgs {
     #[command(flatten)]
     settings: DeviceSettings,
-    /// Do one measure and print what it found: what the program asks itself for.
+    /// Make one measurement and print it; the program runs itself so.
     #[arg(long, hide = true, value_name = "REQUEST")]
     measure: Option<String>,
     #[command(flatten)]

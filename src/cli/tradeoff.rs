@@ -7,12 +7,12 @@ use clap::Args;
 use std::path::PathBuf;
 use worker::Job;
 
-/// Measure what accuracy costs in time, on your own footage and machine: networks of other sizes and lengths of training,
-/// fewer lamps, other ways to keep and light predictions. Each rung gets its time for a frame, memory and disk beside how
-/// near it comes to the truth, or to a pose that is held out.
+/// Measure speed against accuracy on your own footage and machine: networks of other sizes and lengths of training, fewer
+/// lamps, other ways to store and light predictions. Each rung has its time for a frame, memory and disk, and its error
+/// beside the truth or a held-out pose.
 ///
-/// What is measured is kept in the project's folder `tradeoff`: stop it with Ctrl-C and run it again, and it goes on.
-/// `ladder.csv` there is the table for other programs. The window shows it in Accuracy.
+/// Results are kept in the project's folder `tradeoff`: stop with Ctrl-C, and run it again to resume. `ladder.csv` there
+/// is the table for other programs. The studio shows it in Accuracy.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight tradeoff interview --budget 30\n         afterlight tradeoff interview --truth shoot --knobs minutes,size,width\n         afterlight tradeoff interview --apply size=64"
@@ -20,7 +20,7 @@ use worker::Job;
 pub struct TradeoffArgs {
     /// The project's folder.
     project: PathBuf,
-    /// Measure nothing, but use the network of this rung in the project. The network that is there is set aside.
+    /// Measure nothing: use this rung's network in the project. The present network is set aside.
     #[arg(long, value_name = "RUNG", conflicts_with_all = ["truth", "hold_out", "knobs", "features", "lpips", "fresh"])]
     apply: Option<String>,
     #[command(flatten)]

@@ -10,7 +10,7 @@ use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
 use std::fs::File;
-use std::io::{BufRead, BufReader, Seek, Write};
+use std::io::{BufRead, BufReader, Cursor, Seek, Write};
 use std::path::Path;
 
 /// Pictures with more pixels are refused before memory is taken: 1.6 GB of light. As many as 16384 × 8192.
@@ -113,6 +113,19 @@ fn raster_from_rgb(rgb: image::Rgb32FImage) -> Raster<[f32; 3]> {
 /// Reads an integer picture (8 or 16 bits) as encoded values in `[0, 1]`; alpha is dropped.
 pub fn read_encoded(path: &Path) -> Result<Encoded> {
     Ok(Encoded(raster_from_rgb(decode(path)?.into_rgb32f())))
+}
+
+/// Decodes a picture that is in memory: columns and rows, and three 8-bit codes for each pixel.
+///
+/// # Errors
+/// When it cannot be decoded.
+pub fn codes_from_memory(file: &[u8]) -> Result<((usize, usize), Vec<u8>)> {
+    let damaged = |cause: String| Error::invalid(format!("a picture: {cause}"), REMEDY);
+    let reader = ImageReader::new(Cursor::new(file)).with_guessed_format();
+    let reader = reader.map_err(|e| damaged(e.to_string()))?;
+    let picture = decode_within_limits(reader).map_err(damaged)?.into_rgb8();
+    let size = (picture.width() as usize, picture.height() as usize);
+    Ok((size, picture.into_raw()))
 }
 
 /// A picture as 16-bit codes: three for each pixel, or four with alpha, row by row from the top left.

@@ -74,7 +74,7 @@ pub(super) fn wait_for(folder: &File, root: &Path) -> Result<()> {
                     "{} has been in use for {CHANGE:?}",
                     root.join("project.toml").display()
                 ),
-                "Another program changes it and does not go on: close that program",
+                "Another program is changing it and hangs: close that program",
             ));
         }
         std::thread::sleep(Duration::from_millis(5));

@@ -36,6 +36,7 @@ use super::panel_context::PanelContext;
 use super::pointer_order::PointerOrder;
 use super::preferences::Preferences;
 use super::project_check::ProjectCheck;
+use super::recents::Recents;
 use super::state::State;
 use super::status::{Phase, Status};
 use super::training::Training;
@@ -220,6 +221,11 @@ impl StudioApp {
         self.session.project.as_ref()
     }
 
+    /// The recent projects.
+    pub fn recents(&self) -> &Recents {
+        &self.picker.recents
+    }
+
     /// The project that is being planned.
     pub fn wizard(&self) -> &Wizard {
         &self.picker.wizard
@@ -322,7 +328,7 @@ impl StudioApp {
             check: &self.readers.check,
             training: &self.readers.training,
             read_only: self.session.read_only.as_deref(),
-            recents: self.picker.recents.list(),
+            recents: &self.picker.recents,
             wizard: &self.picker.wizard,
             footage: &self.readers.footage,
             matte: &self.readers.matte,
@@ -349,7 +355,10 @@ impl StudioApp {
             );
         }
         if self.shown.contains(&Pane::Project) || self.session.project.is_some() {
-            self.picker.ask(self.autosave.recent(), wake.clone());
+            self.picker.ask(&self.autosave, wake.clone());
+        }
+        if self.shown.contains(&Pane::Project) {
+            self.picker.recents.draw(&self.ctx, wake.clone());
         }
         if let Some(project) = &self.session.project {
             if self.shown.contains(&Pane::Export) {
@@ -365,6 +374,8 @@ impl StudioApp {
                 relit,
                 wake.clone(),
             );
+            let waits = self.status.phase.waits_for_job();
+            (self.readers).ask_backdrop(project, &self.state, &self.shown, waits, wake.clone());
             let still = !self.state.playing && !self.ctx.input(|i| i.pointer.any_down());
             if still && self.status.phase != Phase::Opening {
                 let environments = self.library.entries();

@@ -6,6 +6,7 @@ use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
 use super::keyframed::Keyframed;
 use super::layout::{Pane, Workspace};
+use super::look::Group;
 use super::region::Region;
 use super::training::TrainChoice;
 use super::wizard::Plan;
@@ -96,6 +97,8 @@ pub enum LookCommand {
     Trial(Option<Trial>),
     /// Train with these settings from the next start.
     Training(TrainChoice),
+    /// Give the settings under one heading their defaults.
+    Reset(Group),
     /// Fit the picture and set the exposure to 0 stops.
     ResetView,
     Undo,

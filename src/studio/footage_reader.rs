@@ -67,7 +67,7 @@ pub struct FootageReader {
     wanted: HashMap<Pane, Vec<usize>>,
     /// The thumbnail that is being read.
     reading: Option<usize>,
-    small: Option<Lookup<(usize, Picture), SizedPicture>>,
+    small: Option<Lookup<(usize, Picture), SrgbPicture>>,
 }
 
 impl FootageReader {
@@ -119,8 +119,7 @@ impl FootageReader {
             self.reading = None;
             if self.wanted.values().any(|frames| frames.contains(&frame)) {
                 // An unreadable one stays dark: the large picture says why.
-                let codes = read.ok().map(|(codes, _)| codes);
-                let small = codes.map(|codes| texture(ctx, "thumbnail", &codes));
+                let small = read.ok().map(|codes| texture(ctx, "thumbnail", &codes));
                 self.thumbnails.insert(frame, small);
             }
         }
@@ -181,7 +180,9 @@ impl FootageReader {
             .find(|frame| !self.thumbnails.contains_key(frame));
         if let (Some(frame), None) = (next, self.reading) {
             let lookup = self.small.get_or_insert_with(|| {
-                Lookup::start(wake, |(_, picture): &(usize, Picture)| thumbnail(picture))
+                Lookup::start(wake, |(_, picture): &(usize, Picture)| {
+                    thumbnail(picture, THUMBNAIL_PX)
+                })
             });
             lookup.ask((frame, project.frame_picture(frame)));
             self.reading = Some(frame);
@@ -228,10 +229,10 @@ impl FootageRequest {
     }
 }
 
-fn thumbnail(picture: &Picture) -> Result<SizedPicture> {
+/// A picture whose longer side has at most `longer_px` pixels.
+pub fn thumbnail(picture: &Picture, longer_px: usize) -> Result<SrgbPicture> {
     let picture = footage::read_picture(picture)?.0;
-    let size = reduced(picture.size(), THUMBNAIL_PX);
-    Ok((codes(&picture, size), picture.size()))
+    Ok(codes(&picture, reduced(picture.size(), longer_px)))
 }
 
 /// For viewing, averages of encoded values are close enough.
@@ -250,7 +251,8 @@ pub fn reduced((width, height): (usize, usize), most: usize) -> (usize, usize) {
     }
 }
 
-fn texture(ctx: &Context, name: &str, codes: &SrgbPicture) -> TextureHandle {
+/// A picture on the screen.
+pub fn texture(ctx: &Context, name: &str, codes: &SrgbPicture) -> TextureHandle {
     let picture = ColorImage::from_rgb([codes.width, codes.height], &codes.rgb);
     ctx.load_texture(name, picture, TextureOptions::LINEAR)
 }

@@ -7,13 +7,17 @@ use std::sync::Arc;
 
 pub const ADD: &str = "\u{E3D4}";
 pub const AIM: &str = "\u{E6FC}";
+pub const CALIBRATE: &str = "\u{E1D6}";
 pub const CHANNELS: &str = "\u{E192}";
 pub const COMPARE: &str = "\u{E870}";
 pub const COPY: &str = "\u{E1CA}";
 pub const DONE: &str = "\u{E182}";
+pub const DOWN: &str = "\u{E136}";
+pub const EXPORT: &str = "\u{EAF0}";
 pub const FIT: &str = "\u{E1D0}";
 pub const FOLDER: &str = "\u{E256}";
 pub const FRONT: &str = "\u{E1C8}";
+pub const LOCK: &str = "\u{E2FA}";
 pub const NEXT: &str = "\u{E13A}";
 pub const OVER: &str = "\u{E038}";
 pub const PANELS: &str = "\u{E6D6}";
@@ -22,8 +26,11 @@ pub const PLAY: &str = "\u{E3D0}";
 pub const PREVIOUS: &str = "\u{E138}";
 pub const QUEUE: &str = "\u{E6AC}";
 pub const REDO: &str = "\u{E08C}";
+pub const RELIGHT: &str = "\u{E2DC}";
 pub const REMOVE: &str = "\u{E4F6}";
+pub const REVIEW: &str = "\u{E150}";
 pub const STOP: &str = "\u{E46C}";
+pub const TRAIN: &str = "\u{E62C}";
 pub const UNDO: &str = "\u{E08A}";
 pub const WARNING: &str = "\u{E4E0}";
 
@@ -68,8 +75,9 @@ mod tests {
             ui.ctx().fonts_mut(|fonts| {
                 let body = egui::FontId::proportional(14.0);
                 for icon in [
-                    ADD, AIM, CHANNELS, COMPARE, COPY, DONE, FIT, FOLDER, FRONT, NEXT, OVER,
-                    PANELS, PAUSE, PLAY, PREVIOUS, QUEUE, REDO, REMOVE, STOP, UNDO, WARNING,
+                    ADD, AIM, CALIBRATE, CHANNELS, COMPARE, COPY, DONE, DOWN, EXPORT, FIT, FOLDER,
+                    FRONT, LOCK, NEXT, OVER, PANELS, PAUSE, PLAY, PREVIOUS, QUEUE, REDO, RELIGHT,
+                    REMOVE, REVIEW, STOP, TRAIN, UNDO, WARNING,
                 ] {
                     assert!(fonts.has_glyphs(&body, icon), "{icon:?}");
                     assert!(fonts.glyph_width(&body, icon.chars().next().unwrap()) > 8.0);

@@ -50,7 +50,7 @@ pub use export_options::ExportOptions;
 pub use footage_reader::{FootageReader, FootageView, MatteView};
 pub use keyframed::Keyframed;
 pub use layout::{Layout, Pane, Workspace};
-pub use look::LookSettings;
+pub use look::{Group, LookSettings};
 pub use matte_painting::{LiveMatte, MattePainting};
 pub use network_review::NetworkReview;
 pub use preferences::Preferences;

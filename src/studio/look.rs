@@ -1,7 +1,10 @@
 //! The settings that can be undone: the light, the picture, and what is set by hand in calibration and training.
 
 mod environments;
+mod groups;
 mod keyframes;
+
+pub use groups::Group;
 
 use super::environment_list::ListedEnvironment;
 use super::keyframed::Keyframed;

@@ -3,12 +3,13 @@
 use super::command::{Command, Dialog, JobCommand, LookCommand, ProjectCommand, WindowCommand};
 use super::keys;
 use super::layout::Pane;
+use super::look::Group;
 use super::panel_context::PanelContext;
 use super::theme::{self, GAP};
 use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 
 /// Commands that have no key.
-const OTHERS: [(&str, Command); 10] = [
+const OTHERS: [(&str, Command); 15] = [
     ("New project…", Command::Project(ProjectCommand::New(None))),
     ("Open project…", Command::Dialog(Dialog::Project)),
     ("Add environments…", Command::Dialog(Dialog::Environments)),
@@ -27,11 +28,23 @@ const OTHERS: [(&str, Command); 10] = [
     ),
     ("Stop the job", Command::Job(JobCommand::Stop)),
     (
+        "Reset the environment's rotation",
+        reset(Group::Environment),
+    ),
+    ("Reset the grade", reset(Group::Grade)),
+    ("Remove all lights", reset(Group::Lights)),
+    ("Reset the picture", reset(Group::Picture)),
+    ("Reset the effects", reset(Group::Effects)),
+    (
         "Reset the layout of panels",
         Command::Window(WindowCommand::ResetLayout),
     ),
     ("Clear the log", Command::Window(WindowCommand::ClearLog)),
 ];
+
+const fn reset(group: Group) -> Command {
+    Command::Look(LookCommand::Reset(group))
+}
 
 /// A command, what it is called, and its key if it has one.
 struct PaletteEntry {

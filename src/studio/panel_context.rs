@@ -10,7 +10,7 @@ use super::layout::Pane;
 use super::matte_painting::MattePainting;
 use super::network_review::NetworkReview;
 use super::project_check::ProjectCheck;
-use super::recents::Recent;
+use super::recents::Recents;
 use super::state::State;
 use super::status::{Phase, Status};
 use super::training::Training;
@@ -59,7 +59,7 @@ pub struct PanelContext<'a> {
     /// Why nothing can be written into the project: another process holds its lock.
     pub read_only: Option<&'a str>,
     /// The recent projects.
-    pub recents: &'a [Recent],
+    pub recents: &'a Recents,
     /// The project that is being planned.
     pub wizard: &'a Wizard,
     /// The pictures as they were filmed.

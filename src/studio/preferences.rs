@@ -4,8 +4,10 @@ use super::layout::Layout;
 use super::saver::Saver;
 use base::files;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Number of recent projects.
 const RECENT: usize = 8;
@@ -16,6 +18,8 @@ const RECENT: usize = 8;
 struct PreferencesFile {
     /// The newest first.
     recent: Vec<PathBuf>,
+    /// When each of them was opened last, in seconds since 1970.
+    opened: BTreeMap<PathBuf, u64>,
     layout: Layout,
 }
 
@@ -51,12 +55,9 @@ impl Preferences {
                 })
             }
         };
-        let PreferencesFile { recent, layout } = saved;
+        let layout = saved.layout.mended();
         Self {
-            saved: PreferencesFile {
-                recent,
-                layout: layout.mended(),
-            },
+            saved: PreferencesFile { layout, ..saved },
             file: Some(file.to_path_buf()),
         }
     }
@@ -71,6 +72,11 @@ impl Preferences {
         &self.saved.recent
     }
 
+    /// When a recent project was opened last, in seconds since 1970.
+    pub fn opened_at(&self, project: &Path) -> Option<u64> {
+        self.saved.opened.get(project).copied()
+    }
+
     /// A project was opened.
     pub fn opened(&mut self, project: &Path) {
         let project = std::path::absolute(project).unwrap_or_else(|_| project.to_path_buf());
@@ -79,13 +85,24 @@ impl Preferences {
             return;
         }
         self.saved.recent.retain(|one| *one != project);
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        let now = now.map_or(0, |now| now.as_secs());
+        self.saved.opened.insert(project.clone(), now);
         self.saved.recent.insert(0, project);
         self.saved.recent.truncate(RECENT);
+        self.keep_times();
     }
 
     /// Removes a project from the recent ones.
     pub fn forget(&mut self, project: &Path) {
         self.saved.recent.retain(|one| one != project);
+        self.keep_times();
+    }
+
+    /// Keeps the times of recent projects alone.
+    fn keep_times(&mut self) {
+        let PreferencesFile { recent, opened, .. } = &mut self.saved;
+        opened.retain(|project, _| recent.contains(project));
     }
 
     /// Saves them.
@@ -118,6 +135,9 @@ mod tests {
         assert!(read.saved == preferences.saved);
         assert_eq!(read.recent().len(), RECENT);
         assert!(read.recent()[0].ends_with("p3"));
+        let times = read.recent().iter().map(|one| read.opened_at(one));
+        assert!(times.flatten().all(|time| time > 1_000_000_000));
+        assert_eq!(read.saved.opened.len(), RECENT);
         assert!(*read.layout() != Layout::default());
 
         // A path that is no text would keep all from being saved.

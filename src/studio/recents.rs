@@ -1,8 +1,15 @@
-//! The recent projects, as they are on the disk now.
+//! The recent projects, as they are on the disk now, each with its first frame.
 
+use super::footage_reader::{texture, thumbnail};
+use base::error::{Error, Result};
+use egui::{Context, TextureHandle};
 use project::Project;
-use std::path::PathBuf;
-use worker::Lookup;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use worker::{Lookup, SrgbPicture};
+
+/// Longer side of a thumbnail in pixels: sharp on a card, on a screen with two pixels per point.
+const THUMBNAIL_PX: usize = 640;
 
 /// A recent project.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,6 +19,8 @@ pub struct Recent {
     pub name: String,
     /// Why it cannot be opened.
     pub trouble: Option<String>,
+    /// When it was opened last, in seconds since 1970, if that is known.
+    pub opened: Option<u64>,
 }
 
 impl Recent {
@@ -26,6 +35,7 @@ impl Recent {
                 folder,
                 name: project.settings.name,
                 trouble: None,
+                opened: None,
             },
             Err(sentence) => Self::unreadable(folder, sentence),
         }
@@ -37,16 +47,22 @@ impl Recent {
             name: called.to_string_lossy().into_owned(),
             folder,
             trouble: Some(sentence),
+            opened: None,
         }
     }
 }
 
-/// The list, and the thread that reads it.
+/// The list, and the threads that read it.
 #[derive(Default)]
 pub struct Recents {
     list: Vec<Recent>,
     asked: Option<Vec<PathBuf>>,
     lookup: Option<Lookup<Vec<PathBuf>, Vec<Recent>>>,
+    /// First frames; None for those that cannot be read.
+    thumbnails: BTreeMap<PathBuf, Option<TextureHandle>>,
+    /// The project whose first frame is being read.
+    reading: Option<PathBuf>,
+    frames: Option<Lookup<PathBuf, SrgbPicture>>,
 }
 
 impl Recents {
@@ -55,13 +71,31 @@ impl Recents {
         &self.list
     }
 
+    /// The first frame of a project's interview; None until it is read, and if it cannot be.
+    pub fn thumbnail(&self, folder: &Path) -> Option<&TextureHandle> {
+        self.thumbnails.get(folder)?.as_ref()
+    }
+
+    /// Whether every project's first frame was looked for.
+    pub fn are_drawn(&self) -> bool {
+        let known = |recent: &Recent| {
+            recent.trouble.is_some() || self.thumbnails.contains_key(&recent.folder)
+        };
+        self.list.iter().all(known)
+    }
+
     /// The next [`Self::look`] reads the list again.
     pub fn invalidate(&mut self) {
         self.asked = None;
     }
 
-    /// Reads the projects in `folders`, if they changed, and takes in what was read.
-    pub fn look(&mut self, folders: &[PathBuf], wake: impl Fn() + Send + 'static) {
+    /// Reads the projects in `folders`, if they changed, and takes in what was read. `opened` says when each was opened last.
+    pub fn look(
+        &mut self,
+        folders: &[PathBuf],
+        opened: impl Fn(&Path) -> Option<u64>,
+        wake: impl Fn() + Send + 'static,
+    ) {
         if self.asked.as_deref() != Some(folders) {
             let lookup = self.lookup.get_or_insert_with(|| {
                 Lookup::start(wake, |folders: &Vec<PathBuf>| {
@@ -78,5 +112,39 @@ impl Recents {
                 folders.into_iter().map(untold).collect()
             });
         }
+        for recent in &mut self.list {
+            recent.opened = opened(&recent.folder);
+        }
     }
+
+    /// Reads the first frames, one after the other, and takes in what was read. Called while they are shown.
+    pub fn draw(&mut self, ctx: &Context, wake: impl Fn() + Send + 'static) {
+        for (folder, read) in self.frames.iter().flat_map(Lookup::answers) {
+            self.reading = None;
+            let small = read.ok().map(|codes| texture(ctx, "first frame", &codes));
+            self.thumbnails.insert(folder, small);
+        }
+        let missing = |recent: &&Recent| {
+            recent.trouble.is_none() && !self.thumbnails.contains_key(&recent.folder)
+        };
+        let next = self.list.iter().find(missing);
+        if let (Some(next), None) = (next, &self.reading) {
+            let lookup = (self.frames)
+                .get_or_insert_with(|| Lookup::start(wake, |folder: &PathBuf| first_frame(folder)));
+            lookup.ask(next.folder.clone());
+            self.reading = Some(next.folder.clone());
+        }
+    }
+}
+
+/// The first frame of the interview of the project in a folder.
+fn first_frame(folder: &Path) -> Result<SrgbPicture> {
+    let project = Project::open(folder)?;
+    if project.settings.shoot.frames.is_empty() {
+        return Err(Error::invalid(
+            "the interview has no frames",
+            "Import a shoot with an interview",
+        ));
+    }
+    thumbnail(&project.frame_picture(0), THUMBNAIL_PX)
 }

@@ -315,6 +315,7 @@ impl State {
             LookCommand::Circle(circle) => look.circle = circle,
             LookCommand::Trial(trial) => look.trial = trial,
             LookCommand::Training(choice) => look.training = Some(choice),
+            LookCommand::Reset(group) => look.restore(group),
         }
         look.set_keys(&self.look, self.frame);
         look.follow(self.frame);

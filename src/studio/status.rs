@@ -3,7 +3,7 @@
 use base::progress::Report;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
-use worker::{Blocked, Event, ExportStatus};
+use worker::{Blocked, Event, ExportStatus, Need};
 
 /// What the window can do now.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +16,14 @@ pub enum Phase {
     Blocked(Blocked),
     /// Pictures can be made; where the network runs.
     Ready { device: String },
+}
+
+impl Phase {
+    /// Whether the project waits for its calibration or its training; its footage can be read.
+    pub fn waits_for_job(&self) -> bool {
+        let needs = |need| matches!(need, Some(Need::Calibration | Need::Network));
+        matches!(self, Self::Blocked(blocked) if needs(blocked.need))
+    }
 }
 
 /// A running job.

@@ -29,6 +29,10 @@ pub const RED: Color32 = Color32::from_rgb(236, 112, 99);
 /// Verdicts of a review, with [`RED`] for the worst; people who confuse red and green tell them apart.
 pub const GOOD: Color32 = Color32::from_rgb(60, 190, 190);
 pub const DOUBTFUL: Color32 = Color32::from_rgb(245, 230, 90);
+/// What is left of a control's colour while it cannot be used: it can still be read.
+const DISABLED: f32 = 0.65;
+/// Grey of a button.
+const BUTTON: u8 = 60;
 /// Distance between things in points.
 pub const GAP: f32 = 8.0;
 
@@ -60,6 +64,7 @@ pub fn apply(ctx: &egui::Context) {
         visuals.faint_bg_color = Color32::from_gray(44);
         visuals.weak_text_color = Some(QUIET);
         visuals.hyperlink_color = ACCENT;
+        visuals.disabled_alpha = DISABLED;
         visuals.warn_fg_color = WARNING;
         visuals.selection.bg_fill = Color32::from_gray(92);
         visuals.selection.stroke = Stroke::new(1.0, Color32::WHITE);
@@ -67,10 +72,10 @@ pub fn apply(ctx: &egui::Context) {
         widgets.noninteractive.fg_stroke.color = TEXT;
         widgets.noninteractive.bg_stroke.color = Color32::from_gray(58);
         for (widget, fill) in [
-            (&mut widgets.inactive, 60),
+            (&mut widgets.inactive, BUTTON),
             (&mut widgets.hovered, 76),
             (&mut widgets.active, 92),
-            (&mut widgets.open, 60),
+            (&mut widgets.open, BUTTON),
         ] {
             widget.weak_bg_fill = Color32::from_gray(fill);
             widget.bg_fill = Color32::from_gray(fill);
@@ -109,6 +114,15 @@ mod tests {
             }
         }
         assert!(contrast(TEXT, PRIMARY) >= 4.5);
+        let faded = |color: Color32| {
+            let mix = |c: usize| {
+                let [color, panel] = [color, PANEL].map(|color| f32::from(color.to_array()[c]));
+                (panel + DISABLED * (color - panel)) as u8
+            };
+            Color32::from_rgb(mix(0), mix(1), mix(2))
+        };
+        let disabled = contrast(faded(TEXT), faded(Color32::from_gray(BUTTON)));
+        assert!(disabled >= 4.5, "{disabled:.2}");
     }
 
     /// CIELAB of a colour as it looks to a person: rows of what their eyes make of linear RGB.

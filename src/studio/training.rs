@@ -100,6 +100,13 @@ impl Training {
         }
     }
 
+    /// Whether the logs are read and nothing was trained yet.
+    pub fn is_empty(&self) -> bool {
+        let untouched = |records: &Records| records.present.is_none() && records.failure.is_none();
+        let untouched = self.records.as_deref().is_some_and(untouched);
+        untouched && !self.running && self.history.points().is_empty()
+    }
+
     /// Shows newer pictures, if there are any.
     pub fn show(&mut self, newer: Option<Arc<TrainingPictures>>) {
         self.pictures = newer.or(self.pictures.take());

@@ -286,10 +286,10 @@ impl Wizard {
     /// Why no project can be made of the gathered parts.
     fn obstacle(&self) -> Option<&'static str> {
         if self.brought().any(|one| one.candidate.is_none()) {
-            return Some("The files are still being looked at");
+            return Some("The files are still being read");
         }
         if self.brought().any(|one| one.slot().is_none()) {
-            return Some("Say what each file is: see the marks above");
+            return Some("Choose what each file is: see the marks above");
         }
         let parts = self.gathered();
         if (0..parts.len()).any(|part| gathered::misfit(&parts, part).is_some()) {

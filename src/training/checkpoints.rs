@@ -230,6 +230,15 @@ fn stays(number: u64, newest: u64) -> bool {
     lasts.is_none_or(|lasts| newest.saturating_sub(number) < lasts)
 }
 
+/// Bytes that the list takes at most after so many saves of `bytes` each; without a number, at any time.
+pub(crate) fn most_bytes(saves: Option<u64>, bytes: u64) -> u64 {
+    let limit = MAX_BYTES.max(bytes);
+    saves.map_or(limit, |saves| {
+        let kept = 2 * (u64::from(saves.max(1).ilog2()) + 1);
+        limit.min(bytes.saturating_mul(kept.min(saves.max(1))))
+    })
+}
+
 /// Removes those that have aged out, and the oldest beyond `max_bytes`.
 fn thin_out(project: &Project, max_bytes: u64) {
     let all = entries(project);

@@ -1,5 +1,6 @@
 //! What a preset will cost, before it has run.
 
+use super::checkpoints;
 use super::config::{Preset, TrainingConfig};
 use super::schedule::Schedule;
 use project::Project;
@@ -24,7 +25,30 @@ pub struct RunCost {
     pub timed: bool,
 }
 
+/// What a run's checkpoints take on the disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DiskCost {
+    /// Bytes of one, with what training needs to continue.
+    pub checkpoint: u64,
+    /// Bytes of all that are kept, at most.
+    pub most: u64,
+}
+
 impl TrainingConfig {
+    /// What the checkpoints of a run of so many `seconds` take; None if that is unknown. With `held_out` poses a checkpoint
+    /// holds the best network beside the newest.
+    pub fn disk(&self, project: &Project, held_out: usize, seconds: Option<f64>) -> DiskCost {
+        // The network, the one that trains, and the optimiser's two moments; with a held-out pose the average too.
+        let networks = if held_out > 0 { 5 } else { 4 };
+        let checkpoint = 4 * networks * self.network(project).cost().parameters;
+        let saves =
+            seconds.map(|seconds| (seconds / self.checkpoint_seconds.max(1.0)).ceil() as u64);
+        DiskCost {
+            checkpoint,
+            most: checkpoints::most_bytes(saves, checkpoint),
+        }
+    }
+
     /// The network that this trains for a project.
     pub fn network(&self, project: &Project) -> UNetConfig {
         let settings = &project.settings;
@@ -141,6 +165,18 @@ mod tests {
         assert_eq!((unknown.seconds, unknown.steps), (Some(600.0), None));
         let known = quick.cost(&project, 0, Some(pace));
         assert_eq!((known.seconds, known.steps), (Some(600.0), Some(1200)));
+    }
+
+    #[test]
+    fn checkpoints_take_what_is_kept_of_them_and_at_most_4_gb() {
+        let (project, quick) = (project(), Preset::Quick.config());
+        let one = 16 * quick.network(&project).cost().parameters;
+        // 20 saves in ten minutes, of which at most ten are kept.
+        let disk = quick.disk(&project, 0, Some(600.0));
+        assert_eq!((disk.checkpoint, disk.most), (one, 10 * one));
+        assert_eq!(quick.disk(&project, 1, Some(10.0)).most, 5 * one / 4);
+        let unknown = Preset::Paper.config().disk(&project, 0, None);
+        assert_eq!(unknown.most, 4 << 30);
     }
 
     #[test]

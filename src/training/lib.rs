@@ -32,7 +32,7 @@ mod trainer;
 pub use adam::Adam;
 pub use average::blend;
 pub use config::{Preset, StartsFrom, TrainSettings, TrainingConfig};
-pub use cost::{Pace, RunCost};
+pub use cost::{DiskCost, Pace, RunCost};
 pub use gradient::clip;
 pub use history::History;
 pub use records::Records;

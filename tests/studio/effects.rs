@@ -1,12 +1,13 @@
 //! The plan of passes, and what a person forces in it.
 
 use super::{
-    Window, clay, clay_window, drag, drop_onto, picture, snapshot, snapshot_without, told_job,
-    until, until_shown, window,
+    MIDDLE, Window, clay, clay_window, drag, drop_onto, picture, snapshot, snapshot_without,
+    told_job, until, until_shown, window,
 };
 use afterlight::compositor::Pass;
 use afterlight::studio::{Phase, StudioApp};
 use afterlight::worker::Blocked;
+use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
 
@@ -27,8 +28,8 @@ fn report(window: &Window, pass: Pass) -> (bool, String) {
     (report.ran, report.reason.clone())
 }
 
-const RUN: &str = "Run it, whatever the scene calls for";
-const LEAVE_OUT: &str = "Leave it out, whatever the scene calls for";
+const RUN: &str = "Always run";
+const LEAVE_OUT: &str = "Never run";
 
 #[test]
 fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
@@ -88,6 +89,94 @@ fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
     until_shown(&mut window);
     assert_eq!(picture(&window), before);
     assert!(window.query_by_label("All auto").is_none());
+}
+
+#[test]
+fn groups_fold_say_what_was_changed_and_are_reset_in_one_step() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    for name in ["Environment", "Grade", "Lights", "Picture", "Effects"] {
+        window.get_by_label(&format!("{name} group"));
+        assert!(window.query_by_label(&format!("{name} changed")).is_none());
+        assert!(window.query_by_label(&format!("Reset {name}")).is_none());
+    }
+    window.get_by_role_and_label(Role::SpinButton, "Temperature");
+    window.get_by_label("Grade group").click();
+    window.run_steps(2);
+    assert!(
+        window
+            .query_by_role_and_label(Role::SpinButton, "Temperature")
+            .is_none()
+    );
+    // It stays folded while other panes are shown.
+    window.get_by_label("Scopes").click();
+    window.run_steps(2);
+    window.get_by_label("Light").click();
+    window.run_steps(2);
+    assert!(
+        window
+            .query_by_role_and_label(Role::SpinButton, "Temperature")
+            .is_none()
+    );
+    // The keyboard unfolds it.
+    window.get_by_label("Grade group").focus();
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::SpinButton, "Temperature");
+
+    let before = window.state().state().look.clone();
+    let roll = window
+        .get_by_role_and_label(Role::SpinButton, "Roll")
+        .rect()
+        .center();
+    let right = roll + vec2(60.0, 0.0);
+    let none = Modifiers::NONE;
+    drag(
+        &mut window,
+        MIDDLE,
+        MIDDLE + vec2(80.0, 0.0),
+        PointerButton::Primary,
+        none,
+    );
+    drag(&mut window, roll, right, PointerButton::Primary, none);
+    until_shown(&mut window);
+    let changed = window.state().state().look.clone();
+    assert!(changed.yaw_deg != before.yaw_deg);
+    assert!(changed.lighting.roll_deg != before.lighting.roll_deg);
+    window.get_by_label("Environment changed");
+    assert!(window.query_by_label("Grade changed").is_none());
+    window.get_by_label("Reset Environment").click();
+    until_shown(&mut window);
+    assert_eq!(window.state().state().look, before);
+    assert!(window.query_by_label("Environment changed").is_none());
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(&mut window);
+    assert_eq!(window.state().state().look, changed, "one step of undo");
+}
+
+#[test]
+fn a_group_of_passes_says_that_one_is_forced_and_leaves_all_of_them_to_the_scene_again() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    window.get_by_label("Effects").click();
+    until_shown(&mut window);
+    force(&mut window, "glare", RUN);
+    force(&mut window, "background", LEAVE_OUT);
+    window.get_by_label("Lens changed");
+    window.get_by_label("Subject and background changed");
+    assert!(window.query_by_label("Finish changed").is_none());
+    window.get_by_label("Reset Lens").scroll_to_me();
+    window.run_steps(4);
+    window.get_by_label("Reset Lens").click();
+    until_shown(&mut window);
+    assert!(window.query_by_label("Lens changed").is_none());
+    window.get_by_label("1 pass is forced");
+    window.get_by_label("Subject and background changed");
+    window.get_by_label("Lens group").click();
+    window.run_steps(2);
+    assert!(window.query_by_label("Force vignette").is_none());
 }
 
 #[test]

@@ -282,7 +282,7 @@ fn a_matte_that_cannot_be_painted_says_why() {
     let mut window = footage(&project);
     window.get_by_label("Paint matte").click();
     window.run_steps(2);
-    window.get_by_label_contains("The shoot brings this frame's matte");
+    window.get_by_label_contains("The shoot has its own matte for this frame");
     assert!(window.query_by_label("Matte brush").is_none());
     window.get_by_label("Exemplars").click();
     window.run_steps(2);

@@ -1,6 +1,6 @@
 //! Keys of yaw and intensity: set, gone through, moved and removed; and what else the keyboard moves.
 
-use super::{MIDDLE, Window, clay, clay_window, drag, picture, until, until_shown};
+use super::{MIDDLE, Window, clay, clay_window, drag, picture, scroll_to, until, until_shown};
 use afterlight::studio::{Keyframed, StudioApp};
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
@@ -110,6 +110,7 @@ fn intensity_is_keyed_by_its_diamond_and_by_key() {
 fn a_lights_dot_is_moved_by_the_arrow_keys_and_the_frame_stays() {
     let folder = crate::temporary();
     let mut window = clay_window(folder.path());
+    scroll_to(&mut window, "Add light");
     window.get_by_label("Add light").click();
     until_shown(&mut window);
     let light = |window: &Window| {
@@ -117,6 +118,7 @@ fn a_lights_dot_is_moved_by_the_arrow_keys_and_the_frame_stays() {
         (light.yaw_deg.round(), light.pitch_deg.round())
     };
     assert_eq!(light(&window), (-135.0, 45.0));
+    scroll_to(&mut window, "Light 1 on the panorama");
     window.get_by_label("Light 1 on the panorama").click();
     window.run_steps(2);
     assert_eq!(

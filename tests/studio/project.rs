@@ -2,7 +2,7 @@
 
 use super::{
     Window, clay, clay_window, drop_onto, lines_with, snapshot, snapshot_without, told_job, until,
-    window,
+    until_labelled, window,
 };
 use afterlight::calibration::CalibrateSettings;
 use afterlight::gpu::DeviceChoice;
@@ -169,7 +169,7 @@ fn a_shoot_is_gathered_from_dropped_movies() {
     window.run_steps(2);
     until(&mut window, "look at the interview", known(2));
     window.get_by_label_contains("does not change as it does when lamps go round");
-    window.get_by_label("Take interview.mov out").click();
+    window.get_by_label("Remove interview.mov").click();
     window.run_steps(2);
     drop_onto(&mut window, filmed.join("interview.mov"));
     window.hover_at(egui::pos2(5.0, 5.0));
@@ -217,7 +217,24 @@ fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
         }
     }
     window.get_by_label_contains("The folder is missing");
-    snapshot_without_paths(&mut window, "studio_project_recent", folder.path());
+    until(&mut window, "first frames", |app| app.recents().are_drawn());
+    assert!(window.state().recents().thumbnail(&film.root).is_some());
+    window.get_by_label("First frame of virtual stage");
+    window.get_by_label("First frame of gone");
+    // One that is gone says so in place of the time.
+    assert_eq!(
+        window
+            .query_all_by_label("Opened within the last hour")
+            .count(),
+        1
+    );
+    let made = folder.path().file_name().unwrap().to_string_lossy();
+    let folders = window
+        .query_all_by_label_contains(&made)
+        .map(|line| line.rect());
+    let fields = window.query_all_by_role(Role::TextInput);
+    let places: Vec<egui::Rect> = folders.chain(fields.map(|field| field.rect())).collect();
+    snapshot_without(&mut window, "studio_project_recent", &places);
     window.get_by_label("Remove gone").click();
     window.run();
     assert!(
@@ -237,12 +254,36 @@ fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
 }
 
 #[test]
+fn a_recent_project_is_opened_by_its_first_frame() {
+    let folder = crate::temporary();
+    let film = imported(folder.path());
+    let mut preferences = Preferences::from_file(&folder.path().join("window.json"));
+    preferences.opened(&film.root);
+    let mut window = window(|ctx| StudioApp::of(ctx, preferences, None, DeviceChoice::Cpu));
+    until_labelled(&mut window, "First frame of virtual stage");
+    window.get_by_label("First frame of virtual stage").click();
+    until(
+        &mut window,
+        "opened project",
+        needs(Some(Need::Calibration)),
+    );
+    assert_eq!(window.state().project().unwrap().root, film.root);
+    // The interview's frame stands behind the question.
+    until(&mut window, "frame behind the question", |app| {
+        matches!(app.footage().picture(), Some(Ok(_)))
+    });
+    window.get_by_label("Calibrate");
+}
+
+#[test]
 fn an_empty_window_offers_the_ways_to_a_project() {
     let mut window = no_project();
     window.run();
     for offer in ["New project…", "Open project…", "Make the demo"] {
         window.get_by_label(offer);
     }
+    window.get_by_label("No recent projects");
+    window.get_by_label("A frame of the demo under four lights");
     snapshot(&mut window, "studio_project_empty");
     window.get_by_label("New project…").click();
     window.run();
@@ -265,7 +306,10 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
     let first = open();
     let mut second = open();
     second.get_by_label("Read-only");
-    second.get_by_label_contains(&format!("the studio, process {}", std::process::id()));
+    second.get_by_label(&format!(
+        "Open in another window (process {}).",
+        std::process::id()
+    ));
     let job = Job::Calibrate {
         project: project.root.clone(),
         settings: CalibrateSettings::default(),

@@ -49,6 +49,14 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
         app.training().records.is_some()
     });
     window.get_by_label("Nothing has been trained yet");
+    // What it will take and show, over the interview's frame.
+    window.get_by_label("10 min. Stop or pause at any time");
+    window.get_by_label("as many as fit. The rate is known after the first seconds");
+    window.get_by_label_contains("every 30 s, older ones thin out");
+    window.get_by_label_contains("the relit picture after the first checkpoint");
+    until(&mut window, "frame behind the preview", |app| {
+        matches!(app.footage().picture(), Some(Ok(_)))
+    });
     window
         .get_by_role_and_label(Role::ComboBox, "Hold out")
         .click();
@@ -314,6 +322,10 @@ fn an_empty_training_says_what_it_needs_and_offers_it() {
         app.training().records.is_some() && app.relit().is_some()
     });
     window.get_by_label("Calibrate first");
+    // This shoot has no frames on the disk: nothing stands behind the question.
+    until(&mut window, "look at the interview", |app| {
+        app.footage().picture().is_some()
+    });
     until_shown(&mut window);
     snapshot(&mut window, "studio_training_empty");
 }

@@ -55,6 +55,11 @@ impl Autosave {
         self.preferences.recent()
     }
 
+    /// When a recent project was opened last, in seconds since 1970.
+    pub fn opened_at(&self, project: &Path) -> Option<u64> {
+        self.preferences.opened_at(project)
+    }
+
     /// Puts a project first among the recent ones.
     pub fn remember(&mut self, project: &Path) {
         self.preferences.opened(project);

@@ -50,10 +50,9 @@ impl StudioApp {
             ExportCommand::OpenFolder(folder) => {
                 if open::that_detached(&folder).is_err() {
                     let folder = folder.display().to_string();
-                    self.ctx.copy_text(folder.clone());
-                    self.status.refuse(format!(
-                        "The folder could not be opened. Its path was copied: {folder}"
-                    ));
+                    let sentence = format!("Could not open the folder. Path copied: {folder}");
+                    self.ctx.copy_text(folder);
+                    self.status.refuse(sentence);
                 }
             }
         }

@@ -1,8 +1,9 @@
 //! The way to a project: the recent ones, the one that is planned, and the one that a job makes.
 
+use super::autosave::Autosave;
 use crate::recents::Recents;
 use crate::wizard::Wizard;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use worker::Latest;
 
@@ -29,8 +30,9 @@ impl ProjectPicker {
     }
 
     /// Looks at the folders on the disk.
-    pub fn ask(&mut self, recent: &[PathBuf], wake: impl Fn() + Clone + Send + 'static) {
-        self.recents.look(recent, wake.clone());
+    pub fn ask(&mut self, saved: &Autosave, wake: impl Fn() + Clone + Send + 'static) {
+        let opened = |project: &Path| saved.opened_at(project);
+        self.recents.look(saved.recent(), opened, wake.clone());
         self.wizard.look(wake);
     }
 }

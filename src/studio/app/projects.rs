@@ -206,7 +206,7 @@ impl StudioApp {
             app.start(project, worker);
             if let Some(folder) = aside {
                 app.status.say(format!(
-                    "What was made with the previous framing is in {} now",
+                    "The calibration and the network of the previous framing are in {}",
                     folder.display()
                 ));
             }

@@ -2,7 +2,7 @@
 
 use crate::accuracy::Accuracy;
 use crate::calibration_analysis::CalibrationAnalysis;
-use crate::footage_reader::FootageReader;
+use crate::footage_reader::{FootageReader, FootageView};
 use crate::layout::Pane;
 use crate::light_aim::LightAim;
 use crate::matte_painting::MattePainting;
@@ -87,6 +87,24 @@ impl Readers {
         (self.footage).ask_thumbnails(project, shown, wake.clone());
         if let (Some(relit), Some(pixel)) = (relit, state.probed) {
             self.inspector.ask(&relit.predicted, pixel, shown, wake);
+        }
+    }
+
+    /// Has the interview's frame read that is shown behind panes with nothing else to show: while nothing is trained, and
+    /// where `waits` says that the project waits for a calibration or a training.
+    pub fn ask_backdrop(
+        &mut self,
+        project: &Project,
+        state: &State,
+        shown: &[Pane],
+        waits: bool,
+        wake: impl Fn() + Clone + Send + 'static,
+    ) {
+        let picture = waits && shown.contains(&Pane::Picture);
+        let training = self.training.is_empty() && shown.contains(&Pane::Training);
+        if (picture || training) && !shown.contains(&Pane::Footage) {
+            let view = FootageView::default();
+            (self.footage).ask(project, state.frame, state.pose, view, wake);
         }
     }
 }

@@ -2,11 +2,13 @@
 
 use crate::command::{Command, LookCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::group::Heading;
 use crate::panels::missing::no_picture_ui;
 use crate::theme::{self, GAP};
 use compositor::{Pass, PassReport};
 use egui::{Align, ComboBox, Label, Layout, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 use scene::{Effects, Forced};
+use worker::PreviewPicture;
 
 /// Width of the switch in points.
 const SWITCH: f32 = 64.0;
@@ -15,12 +17,40 @@ const LINE: f32 = 20.0;
 
 /// What a pass can be told to do, with what the switch says and what that means.
 const CHOICES: [(Option<bool>, &str, &str); 3] = [
-    (None, "auto", "As the scene calls for"),
-    (Some(true), "on", "Run it, whatever the scene calls for"),
+    (None, "auto", "Run if the scene calls for it"),
+    (Some(true), "on", "Always run"),
+    (Some(false), "off", "Never run"),
+];
+
+/// The passes under each heading.
+const GROUPS: [(&str, &[Pass]); 5] = [
     (
-        Some(false),
-        "off",
-        "Leave it out, whatever the scene calls for",
+        "Relighting",
+        &[
+            Pass::Predict,
+            Pass::Smoothing,
+            Pass::Weights,
+            Pass::Relight,
+            Pass::Plate,
+        ],
+    ),
+    (
+        "Subject and background",
+        &[
+            Pass::Despill,
+            Pass::Background,
+            Pass::BackgroundBlur,
+            Pass::LightWrap,
+        ],
+    ),
+    ("Lens", &[Pass::Glare, Pass::Vignette]),
+    (
+        "Finish",
+        &[Pass::Exposure, Pass::View, Pass::Grain, Pass::Dither],
+    ),
+    (
+        "Inspection",
+        &[Pass::Channels, Pass::Difference, Pass::FalseColor],
     ),
 ];
 
@@ -31,20 +61,60 @@ pub struct EffectsPanel;
 impl EffectsPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let Some(relit) = context.relit else {
-            let sentence = "The passes are listed once a picture has been made";
+            let sentence = "Effects are listed once a picture has been made";
             return no_picture_ui(ui, context, sentence, out);
         };
         // The bar to scroll by covers nothing.
         ui.set_max_width(ui.available_width() - GAP);
-        forced_ui(ui, &context.state.look.effects, out);
+        let effects = &context.state.look.effects;
+        forced_ui(ui, effects, out);
         ui.spacing_mut().interact_size.y = LINE;
         ui.spacing_mut().item_spacing.y = 2.0;
-        for report in &relit.passes {
-            if let Some(pass) = Pass::ALL.into_iter().find(|p| p.name() == report.name) {
-                pass_ui(ui, pass, report, &context.state.look.effects, out);
-            }
+        times_ui(ui, relit);
+        for (name, passes) in GROUPS {
+            let of = |report: &PassReport| {
+                let mut passes = passes.iter().copied();
+                passes.find(|pass| pass.name() == report.name)
+            };
+            let reports = (relit.passes.iter()).filter_map(|report| Some((of(report)?, report)));
+            let ran = reports.clone().filter(|(_, report)| report.ran).count();
+            let auto = |forced: Forced, &pass: &Pass| forced.with(pass, None);
+            let forced = passes.iter().fold(effects.forced, auto);
+            let heading = Heading {
+                name,
+                changed: forced != effects.forced,
+                reset: Command::Look(LookCommand::Effects(Effects { forced, ..*effects })),
+            };
+            heading.ui(
+                ui,
+                out,
+                |ui, _| {
+                    let count = format!("{ran} of {}", passes.len());
+                    ui.label(RichText::new(count).size(12.0).color(theme::QUIET))
+                        .on_hover_text("How many ran for this picture");
+                },
+                |ui, out| {
+                    for (pass, report) in reports {
+                        pass_ui(ui, pass, report, effects, out);
+                    }
+                },
+            );
         }
     }
+}
+
+/// What the picture took.
+fn times_ui(ui: &mut Ui, relit: &PreviewPicture) {
+    let small = |text: String| RichText::new(text).size(13.0).color(theme::QUIET);
+    ui.label(small(format!(
+        "Frame predicted in {:.0} ms",
+        relit.predict_ms
+    )));
+    ui.label(small(format!(
+        "Picture relit in {:.1} ms",
+        relit.relight_ms
+    )));
+    ui.add_space(GAP / 2.0);
 }
 
 /// How many passes are forced, and the way back.
@@ -59,7 +129,7 @@ fn forced_ui(ui: &mut Ui, effects: &Effects, out: &mut Vec<Command>) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui
                 .button(RichText::new("All auto").size(13.0))
-                .on_hover_text("Every pass as the scene calls for")
+                .on_hover_text("Every effect runs only if the scene calls for it")
                 .clicked()
             {
                 out.push(Command::Look(LookCommand::Effects(Effects {
@@ -135,4 +205,20 @@ fn switch_ui(ui: &mut Ui, pass: Pass, effects: &Effects, out: &mut Vec<Command>)
     let name = format!("Force {}", pass.name());
     (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, &name));
     list.response.on_hover_text(means);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pass_stands_under_one_heading() {
+        let mut listed: Vec<Pass> = GROUPS
+            .iter()
+            .flat_map(|(_, passes)| *passes)
+            .copied()
+            .collect();
+        listed.sort();
+        assert_eq!(listed, Pass::ALL);
+    }
 }

@@ -59,7 +59,7 @@ pub fn hard_cases_ui(ui: &mut Ui) {
             for case in &section.cases {
                 ui.add_space(4.0);
                 ui.label(RichText::new(&case.case).size(13.0));
-                ui.label(quiet(&format!("Danger: {}", case.danger)));
+                ui.label(quiet(&format!("Risk: {}", case.danger)));
                 ui.label(quiet(&format!("Done: {}", case.done)));
             }
         }

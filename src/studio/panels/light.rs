@@ -2,15 +2,17 @@
 
 use super::bar_ui;
 use super::front;
+use super::group::Heading;
 use super::numbers::computing;
 use super::panorama::Preview;
-use super::rows::{BESIDE, NAME, Row, choice_ui};
+use super::rows::{BESIDE, Row, choice_ui, grid};
 use super::timeline::diamond;
 use crate::command::{Command, LookCommand, ViewCommand};
 use crate::environment_library::EnvironmentEntry;
 use crate::environment_list::ListedEnvironment;
 use crate::icons;
 use crate::keyframed::Keyframed;
+use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{
@@ -44,20 +46,40 @@ impl LightPanel {
             front::question_ui(ui, context, out);
         }
         ui.add_space(GAP);
-        if turn_ui(ui, context, out) {
+        let mut picks = false;
+        Heading::of(Group::Environment, context).ui(
+            ui,
+            out,
+            |_, _| {},
+            |ui, out| {
+                picks = turn_ui(ui, context, out);
+            },
+        );
+        if picks {
             self.asked = listed.map(|listed| listed.origin.clone());
         }
+        Heading::of(Group::Grade, context).ui(
+            ui,
+            out,
+            |_, _| {},
+            |ui, out| grade_ui(ui, context, out),
+        );
         if out[before..]
             .iter()
             .any(|c| matches!(c, Command::Look(LookCommand::Front(..))))
         {
             self.asked = None;
         }
-        placed_ui(ui, context, out);
+        Heading::of(Group::Lights, context).ui(
+            ui,
+            out,
+            |_, _| {},
+            |ui, out| placed_ui(ui, context, out),
+        );
     }
 }
 
-const ROWS: [Row<Lighting>; 6] = [
+const TURNS: [Row<Lighting>; 3] = [
     Row {
         name: "Pitch",
         of: |lighting| &mut lighting.pitch_deg,
@@ -76,6 +98,18 @@ const ROWS: [Row<Lighting>; 6] = [
         suffix: "°",
         hint: "",
     },
+    Row {
+        name: "Background yaw",
+        of: |lighting| &mut lighting.background_yaw_deg,
+        speed: 0.5,
+        range: -180.0..=180.0,
+        decimals: 1,
+        suffix: "°",
+        hint: "",
+    },
+];
+
+const GRADES: [Row<Lighting>; 3] = [
     Row {
         name: "Intensity",
         of: |lighting| &mut lighting.intensity_stops,
@@ -103,83 +137,89 @@ const ROWS: [Row<Lighting>; 6] = [
         suffix: "",
         hint: "",
     },
-    Row {
-        name: "Background yaw",
-        of: |lighting| &mut lighting.background_yaw_deg,
-        speed: 0.5,
-        range: -180.0..=180.0,
-        decimals: 1,
-        suffix: "°",
-        hint: "",
-    },
 ];
 
-/// The environment's settings. Returns whether the person wants to pick the front again.
+/// The command that sets the light's settings.
+fn relit(lighting: Lighting) -> Command {
+    Command::Look(LookCommand::Lighting(Box::new(lighting)))
+}
+
+/// How the environment is turned and split among the lamps. Returns whether the person wants to pick the front again.
 fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {
     let look = &context.state.look;
     let mut asks = false;
-    Grid::new("light")
-        .num_columns(2)
-        .min_col_width(NAME)
-        .show(ui, |ui| {
-            let is_file = |entry: &EnvironmentEntry| matches!(entry.listed.origin, Origin::File(_));
-            if context.environment().is_some_and(is_file) {
-                asks = front::answer_ui(ui, context, out);
-                ui.end_row();
-            }
-            let mut yaw = look.yaw_deg;
-            let field = computing(&mut yaw)
-                .speed(0.5)
-                .fixed_decimals(1)
-                .suffix("°");
-            // With keys it may go around several times; the bar then shows where it stands.
-            let around = 180.0 - (180.0 - look.yaw_deg).rem_euclid(360.0);
-            let field = (field, around, &(-180.0..=180.0));
-            let field = bar_ui(ui, "Yaw", field, BESIDE, out, || {
-                Command::Look(LookCommand::Yaw(0.0))
-            });
-            if yaw != look.yaw_deg {
-                out.push(Command::Look(LookCommand::Yaw(yaw)));
-            }
-            key_ui(ui, context, Keyframed::Yaw, field.rect, out);
+    grid("light").show(ui, |ui| {
+        let is_file = |entry: &EnvironmentEntry| matches!(entry.listed.origin, Origin::File(_));
+        if context.environment().is_some_and(is_file) {
+            asks = front::answer_ui(ui, context, out);
             ui.end_row();
-            let command = |lighting| Command::Look(LookCommand::Lighting(Box::new(lighting)));
-            for row in &ROWS {
-                let field = row.ui(ui, &look.lighting, out, command);
-                if row.name == Keyframed::Intensity.name() {
-                    key_ui(ui, context, Keyframed::Intensity, field.rect, out);
-                }
-                ui.end_row();
-            }
-            let kinds = [
-                (Weighting::Fit, "best fit"),
-                (Weighting::Smooth, "smooth"),
-                (Weighting::Cells, "cells"),
-            ];
-            let mut weighting = look.lighting.weighting;
-            choice_ui(ui, "Lamp weights", &kinds, &mut weighting).on_hover_text(
-                "How the environment is split among the lamps. Best fit looks most like the environment, in dim light too; under a small sun, cells can come closer, but they jump as it turns.",
-            );
-            if weighting != look.lighting.weighting {
-                out.push(command(Lighting {
-                    weighting,
-                    ..look.lighting.clone()
-                }));
-            }
-            ui.end_row();
-        });
-    for of in Keyframed::ALL {
-        if look.is_keyed(of) {
-            let sentence = format!(
-                "{} is animated: changes set a key at frame {}.",
-                of.name(),
-                context.state.frame
-            );
-            ui.label(RichText::new(sentence).small().color(theme::QUIET));
         }
-    }
+        let mut yaw = look.yaw_deg;
+        let field = computing(&mut yaw)
+            .speed(0.5)
+            .fixed_decimals(1)
+            .suffix("°");
+        // With keys it may go around several times; the bar then shows where it stands.
+        let around = 180.0 - (180.0 - look.yaw_deg).rem_euclid(360.0);
+        let field = (field, around, &(-180.0..=180.0));
+        let field = bar_ui(ui, "Yaw", field, BESIDE, out, || {
+            Command::Look(LookCommand::Yaw(0.0))
+        });
+        if yaw != look.yaw_deg {
+            out.push(Command::Look(LookCommand::Yaw(yaw)));
+        }
+        key_ui(ui, context, Keyframed::Yaw, field.rect, out);
+        ui.end_row();
+        for row in &TURNS {
+            row.ui(ui, &look.lighting, out, relit);
+            ui.end_row();
+        }
+        let kinds = [
+            (Weighting::Fit, "best fit"),
+            (Weighting::Smooth, "smooth"),
+            (Weighting::Cells, "cells"),
+        ];
+        let mut weighting = look.lighting.weighting;
+        choice_ui(ui, "Lamp weights", &kinds, &mut weighting).on_hover_text(
+            "How the environment is split among the lamps. Best fit looks most like the environment, in dim light too; under a small sun, cells can come closer, but they jump as it turns.",
+        );
+        if weighting != look.lighting.weighting {
+            out.push(relit(Lighting {
+                weighting,
+                ..look.lighting.clone()
+            }));
+        }
+        ui.end_row();
+    });
+    animated_ui(ui, context, Keyframed::Yaw);
     tools_ui(ui, look.front().turned(look.yaw_deg));
     asks
+}
+
+/// The environment's intensity and colour.
+fn grade_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    grid("grade").show(ui, |ui| {
+        for row in &GRADES {
+            let field = row.ui(ui, &context.state.look.lighting, out, relit);
+            if row.name == Keyframed::Intensity.name() {
+                key_ui(ui, context, Keyframed::Intensity, field.rect, out);
+            }
+            ui.end_row();
+        }
+    });
+    animated_ui(ui, context, Keyframed::Intensity);
+}
+
+/// Says that a setting has keys.
+fn animated_ui(ui: &mut Ui, context: &PanelContext, of: Keyframed) {
+    if context.state.look.is_keyed(of) {
+        let sentence = format!(
+            "{} is animated: changes set a key at frame {}.",
+            of.name(),
+            context.state.frame
+        );
+        ui.label(RichText::new(sentence).small().color(theme::QUIET));
+    }
 }
 
 /// The diamond beside a field that can be keyed, filled if the current frame has a key. A click sets or
@@ -236,11 +276,9 @@ fn tools_ui(ui: &mut Ui, yaw_deg: f32) {
 fn placed_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let lighting = &context.state.look.lighting;
     let chosen = context.state.chosen_light();
-    ui.add_space(GAP);
     let mut changed = lighting.clone();
     let mut chooses = chosen;
     ui.horizontal(|ui| {
-        ui.strong("Lights");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let hint =
                 "Adds a softbox to the environment. It stays in place when the environment is turned.";

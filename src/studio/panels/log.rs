@@ -33,7 +33,7 @@ impl LogPanel {
                 out.push(Command::Window(WindowCommand::ClearLog));
             }
         });
-        egui::Window::new("Hard cases, and what is done about them")
+        egui::Window::new("Hard cases and how they are handled")
             .open(&mut self.hard_cases)
             .collapsible(false)
             .default_size([680.0, 420.0])

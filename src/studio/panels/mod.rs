@@ -9,6 +9,7 @@ mod export;
 mod footage;
 mod front;
 mod gamma;
+mod group;
 mod hard_cases;
 pub mod job;
 mod light;
@@ -57,9 +58,10 @@ pub use viewport::ViewportPanel;
 
 use super::command::{Command, WindowCommand};
 use super::icons;
+use super::panel_context::PanelContext;
 use super::status::RunningJob;
 use super::theme::{self, GAP};
-use egui::{Align, Layout, Rect, RichText, Ui, vec2};
+use egui::{Align, Color32, Layout, Rect, RichText, Ui, Vec2, vec2};
 use std::ops::RangeInclusive;
 
 /// Maximum width in points of text over the picture.
@@ -79,6 +81,24 @@ fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
             .inner_margin(3.0 * GAP)
             .show(ui, |ui| ui.vertical_centered(contents));
     });
+}
+
+/// The interview's frame, dimmed, behind a pane that has nothing else to show; nothing until it is read.
+fn backdrop_ui(ui: &Ui, context: &PanelContext) {
+    let Some(Ok(frame)) = context.footage.picture() else {
+        return;
+    };
+    let rect = ui.available_rect_before_wrap();
+    let uv = covering(frame.texture.size_vec2(), rect.size());
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.image(frame.texture.id(), rect, uv, Color32::from_gray(120));
+}
+
+/// The part of a picture that fills `room` without being stretched. More is cut off below than above, where faces are.
+fn covering(picture: Vec2, room: Vec2) -> Rect {
+    let shares = (room / picture.max(Vec2::splat(1.0))).max(Vec2::splat(f32::MIN_POSITIVE));
+    let size = shares / shares.max_elem();
+    Rect::from_min_size(((Vec2::splat(1.0) - size) * vec2(0.5, 0.3)).to_pos2(), size)
 }
 
 /// Why something could not be done, and the button that dismisses the message.

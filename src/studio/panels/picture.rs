@@ -2,12 +2,13 @@
 
 use crate::command::{Command, LookCommand};
 use crate::icons;
+use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::panels::bar_ui;
+use crate::panels::group::Heading;
 use crate::panels::numbers::computing;
-use crate::panels::rows::{BESIDE, NAME, Row, choice_ui};
-use crate::theme::GAP;
-use egui::{Grid, Ui};
+use crate::panels::rows::{BESIDE, Row, choice_ui, grid};
+use egui::Ui;
 use scene::{
     Background, Channel, EXPOSURE_STOPS, Effects, Inspection, STRENGTHS, Strength, ViewTransform,
 };
@@ -18,43 +19,52 @@ pub struct PicturePanel;
 
 impl PicturePanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        ui.add_space(GAP);
-        ui.horizontal(|ui| {
-            ui.strong("Picture");
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let (undo, redo) = (context.state.can_undo(), context.state.can_redo());
-                for (icon, name, can, key, command) in [
-                    (
-                        icons::REDO,
-                        "Redo",
-                        redo,
-                        "Ctrl+Shift+Z",
-                        Command::Look(LookCommand::Redo),
-                    ),
-                    (
-                        icons::UNDO,
-                        "Undo",
-                        undo,
-                        "Ctrl+Z",
-                        Command::Look(LookCommand::Undo),
-                    ),
-                ] {
-                    if icons::named_ui(ui, can, icons::alone(icon), name)
-                        .on_hover_text(format!("{name}. Key: {key}"))
-                        .clicked()
-                    {
-                        out.push(command);
-                    }
-                }
-            });
-        });
-        Grid::new("picture")
-            .num_columns(2)
-            .min_col_width(NAME)
-            .show(ui, |ui| {
-                exposure_ui(ui, context, out);
-                effects_ui(ui, context, out);
-            });
+        Heading::of(Group::Picture, context).ui(
+            ui,
+            out,
+            |ui, out| undo_ui(ui, context, out),
+            |ui, out| {
+                grid("picture").show(ui, |ui| {
+                    exposure_ui(ui, context, out);
+                    views_ui(ui, context, out);
+                });
+            },
+        );
+        Heading::of(Group::Effects, context).ui(
+            ui,
+            out,
+            |_, _| {},
+            |ui, out| {
+                grid("effects").show(ui, |ui| effects_ui(ui, context, out));
+            },
+        );
+    }
+}
+
+fn undo_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let (undo, redo) = (context.state.can_undo(), context.state.can_redo());
+    for (icon, name, can, key, command) in [
+        (
+            icons::REDO,
+            "Redo",
+            redo,
+            "Ctrl+Shift+Z",
+            Command::Look(LookCommand::Redo),
+        ),
+        (
+            icons::UNDO,
+            "Undo",
+            undo,
+            "Ctrl+Z",
+            Command::Look(LookCommand::Undo),
+        ),
+    ] {
+        if icons::named_ui(ui, can, icons::alone(icon), name)
+            .on_hover_text(format!("{name}. Key: {key}"))
+            .clicked()
+        {
+            out.push(command);
+        }
     }
 }
 
@@ -110,7 +120,8 @@ pub const SHOWN: [(Inspection, &str, &str); 7] = [
     (Inspection::FalseColor, "false colour", ""),
 ];
 
-fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+/// What a display makes of the picture, and what it shows of it.
+fn views_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let effects = context.state.look.effects;
     let mut changed = effects;
     let views = [
@@ -126,6 +137,11 @@ fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if changed != effects {
         out.push(Command::Look(LookCommand::Effects(changed)));
     }
+}
+
+/// The strengths of the effects.
+fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let effects = context.state.look.effects;
     for strength in STRENGTHS {
         row(strength).ui(ui, &effects, out, |wanted| {
             Command::Look(LookCommand::Effects(wanted))

@@ -3,14 +3,35 @@
 use super::bar_ui;
 use super::numbers::computing;
 use crate::command::Command;
-use egui::{Response, Ui};
+use crate::theme::{self, GAP};
+use egui::{Frame, Grid, Response, Ui};
 use std::ops::RangeInclusive;
 
 /// Width of a row's name, and of its field, in points.
-pub const NAME: f32 = 108.0;
+const NAME: f32 = 108.0;
 pub const FIELD: f32 = 100.0;
 /// What stays free beside a bar: the diamond that sets a key.
 pub const BESIDE: f32 = 30.0;
+
+/// A grid of rows.
+pub fn grid(name: &str) -> Grid {
+    Grid::new(name)
+        .num_columns(2)
+        .min_col_width(NAME)
+        .spacing([GAP, 4.0])
+}
+
+/// Choices side by side, of which one is chosen: buttons in one track.
+pub fn segments_ui<R>(ui: &mut Ui, choices: impl FnOnce(&mut Ui) -> R) -> R {
+    let track = Frame::new().fill(theme::WELL).corner_radius(4);
+    let shown = track.inner_margin(1).show(ui, |ui| {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 1.0;
+            choices(ui)
+        })
+    });
+    shown.inner.inner
+}
 
 /// One number of the settings `T`.
 pub struct Row<T> {

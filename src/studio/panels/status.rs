@@ -1,4 +1,5 @@
-//! The status line: the running job, or where the network runs and how long the picture took; checks and effects.
+//! The status line: the running job, or where the network runs and what the picture is; whether all is saved, checks and
+//! effects.
 
 use super::checks::{color, dot_ui};
 use super::job::{JobPanel, job_ui};
@@ -6,11 +7,11 @@ use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::status::Phase;
-use crate::theme::GAP;
-use egui::{Align, CursorIcon, Label, Layout, RichText, Sense, Ui};
+use crate::theme::{self, GAP};
+use egui::{Align, CursorIcon, Label, Layout, Response, RichText, Sense, Ui};
 
-/// Width of "predicted in 99999 ms", in points.
-const FIGURE_WIDTH: f32 = 134.0;
+/// Room that a figure needs, in points.
+const FIGURE_WIDTH: f32 = 180.0;
 
 /// The status line has no state of its own.
 #[derive(Default)]
@@ -29,13 +30,13 @@ impl StatusPanel {
                 if let (Some(relit), None) = (context.relit, job) {
                     let ran = relit.passes.iter().filter(|p| p.ran).count();
                     let text = format!("{ran} of {} effects", relit.passes.len());
-                    let hint =
-                        "Shows which effects ran, which did not, why, and how long each took";
+                    let hint = "Shows which effects ran, why, and how long each took";
                     if ui.button(small(&text)).on_hover_text(hint).clicked() {
                         out.push(Command::Window(WindowCommand::ShowPane(Pane::Effects)));
                     }
                 }
                 check_ui(ui, context, out);
+                saved_ui(ui, context);
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| match job {
                     Some(job) => {
                         ui.spacing_mut().item_spacing.x = GAP;
@@ -48,7 +49,7 @@ impl StatusPanel {
     }
 }
 
-/// Where the network runs, and what the picture took.
+/// Where the network runs, size and rate of the picture, and light that no lamp stands for.
 fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let device = small(match &context.status.phase {
         _ if context.status.job.is_some() && !context.is_live() => "Working",
@@ -63,21 +64,33 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if device.on_hover_text("What can this machine do?").clicked() {
         out.push(Command::Window(WindowCommand::ToggleMachine));
     }
-    if let Some(relit) = context.relit {
-        figure_ui(ui, &format!("predicted in {:.0} ms", relit.predict_ms));
-        figure_ui(ui, &format!("relit in {:.1} ms", relit.relight_ms));
-        let share = relit.uncovered * 100.0;
-        if ui.available_width() < FIGURE_WIDTH {
-            return;
-        }
-        let text = if share < 0.1 {
-            "all light covered".to_owned()
-        } else {
-            format!("{share:.1} % of the light not covered")
-        };
-        ui.label(small(&text)).on_hover_text(
+    let Some(project) = context.project else {
+        return;
+    };
+    // 24000 / 1001 has no end.
+    let rate = (1e3 * project.settings.shoot.frame_rate).round() / 1e3;
+    match context.relit {
+        Some(relit) => figure_ui(
+            ui,
+            &format!("{} × {}, {rate} fps", relit.width, relit.height),
+        ),
+        None => figure_ui(ui, &format!("{rate} fps")),
+    };
+    let share = context.relit.map_or(0.0, |relit| relit.uncovered * 100.0);
+    if share >= 0.1
+        && let Some(figure) = figure_ui(ui, &format!("{share:.1} % of the light not covered"))
+    {
+        figure.on_hover_text(
             "Share of the environment's light from directions without a lamp; the nearest lamps take it over.",
         );
+    }
+}
+
+/// Whether what is set is on the disk.
+fn saved_ui(ui: &mut Ui, context: &PanelContext) {
+    if context.project.is_some() && context.read_only.is_none() {
+        ui.label(small("Saved").color(theme::QUIET))
+            .on_hover_text("Everything is saved as you work");
     }
 }
 
@@ -94,16 +107,10 @@ fn check_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     dot_ui(ui, level);
 }
 
-/// A figure in a space of fixed width, so that the line does not move as it changes; nothing where there is no room.
-fn figure_ui(ui: &mut Ui, text: &str) {
-    if ui.available_width() < FIGURE_WIDTH {
-        return;
-    }
-    let left = egui::Layout::left_to_right(egui::Align::Center);
-    ui.allocate_ui_with_layout(egui::vec2(FIGURE_WIDTH, 20.0), left, |ui| {
-        ui.set_min_width(FIGURE_WIDTH);
-        ui.label(small(text));
-    });
+/// A figure; nothing where there is no room.
+fn figure_ui(ui: &mut Ui, text: &str) -> Option<Response> {
+    let room = ui.available_width() >= FIGURE_WIDTH;
+    room.then(|| ui.label(small(text).color(theme::QUIET)))
 }
 
 fn small(text: &str) -> RichText {

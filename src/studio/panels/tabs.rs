@@ -34,7 +34,7 @@ fn project_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             let root = project.root.clone();
             out.push(Command::Export(ExportCommand::OpenFolder(root)));
         }
-        let others = context.recents.iter();
+        let others = context.recents.list().iter();
         let others = others.filter(|recent| recent.folder != project.root);
         for (place, recent) in others.enumerate() {
             if place == 0 {
@@ -58,7 +58,14 @@ impl TabsPanel {
             for (i, workspace) in Workspace::ALL.into_iter().enumerate() {
                 let chosen = context.state.workspace == workspace;
                 let name = workspace.name();
-                let tab = Button::selectable(chosen, name).min_size(vec2(84.0, 24.0));
+                let icon = match workspace {
+                    Workspace::Calibrate => icons::CALIBRATE,
+                    Workspace::Train => icons::TRAIN,
+                    Workspace::Relight => icons::RELIGHT,
+                    Workspace::Review => icons::REVIEW,
+                    Workspace::Export => icons::EXPORT,
+                };
+                let tab = Button::selectable(chosen, (icon, name)).min_size(vec2(96.0, 24.0));
                 let response = ui.add(tab);
                 // Panels have buttons of the same names.
                 response.widget_info(|| {
@@ -90,11 +97,6 @@ impl TabsPanel {
                 });
                 (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Panels"));
                 project_ui(ui, context, out);
-                if context.project.is_some() && context.read_only.is_none() {
-                    let saved = RichText::new("saved").size(12.0).color(theme::QUIET);
-                    ui.label(saved)
-                        .on_hover_text("Everything is saved as you work");
-                }
             });
         });
     }

@@ -60,7 +60,7 @@ impl AccuracyPanel {
             ui.add_space(GAP);
             ui.set_max_width(ui.available_width() - GAP);
             let Some(project) = context.project else {
-                quiet_ui(ui, "Open a project to measure what accuracy costs in time.");
+                quiet_ui(ui, "Open a project to measure speed against accuracy.");
                 return;
             };
             self.measure_ui(ui, context, project, out);
@@ -105,13 +105,13 @@ impl AccuracyPanel {
                     "Trains and measures all rungs again. What was measured is set aside.",
                 ),
                 (false, _) if before.is_some() => (
-                    "Measure anew",
+                    "Measure again",
                     "Measures with these settings. What was measured is set aside.",
                 ),
                 (false, _) => (
                     "Measure",
                     "Trains networks of several shapes and measures each: time, memory and error. You can stop at any time; it \
-                     goes on from there.",
+                     resumes from there.",
                 ),
             };
             let button = Button::new(text).fill(theme::PRIMARY);

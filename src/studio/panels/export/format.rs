@@ -2,6 +2,7 @@
 
 use super::choice_ui;
 use crate::export_options::ExportOptions;
+use crate::panels::rows::segments_ui;
 use egui::{Checkbox, ComboBox, TextEdit, Ui, WidgetText};
 use export::{Codec, ExrAlpha, ExrCompression, Format, LayerFiles, OutputSpace, Samples};
 
@@ -10,8 +11,7 @@ const LIST: f32 = 128.0;
 
 pub fn ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Format");
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 2.0;
+    segments_ui(ui, |ui| {
         ui.spacing_mut().button_padding.x = 6.0;
         for format in [Format::Png8, Format::Png16, Format::Tiff, Format::Exr] {
             let (name, hint) = (format.name(), format.describe());
@@ -61,11 +61,13 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
             (Samples::Half, "half", "16 bits: enough for pictures"),
             (Samples::Float, "float", "32 bits"),
         ];
-        for (samples, name, hint) in samples {
-            if choice_ui(ui, "Samples", name, hint, exr.samples == samples) {
-                exr.samples = samples;
+        segments_ui(ui, |ui| {
+            for (samples, name, hint) in samples {
+                if choice_ui(ui, "Samples", name, hint, exr.samples == samples) {
+                    exr.samples = samples;
+                }
             }
-        }
+        });
         let all = ExrCompression::ALL.map(|c| (c, c.name(), hint(c)));
         list_ui(
             ui,
@@ -86,11 +88,13 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
             ),
             (ExrAlpha::Straight, "straight", "Colour divided by alpha"),
         ];
-        for (alpha, name, hint) in alphas {
-            if choice_ui(ui, "Alpha", name, hint, exr.alpha == alpha) {
-                exr.alpha = alpha;
+        segments_ui(ui, |ui| {
+            for (alpha, name, hint) in alphas {
+                if choice_ui(ui, "Alpha", name, hint, exr.alpha == alpha) {
+                    exr.alpha = alpha;
+                }
             }
-        }
+        });
         ui.checkbox(&mut exr.crop, "crop")
             .on_hover_text("Write only the rectangle that is not empty, as the file's data window");
     });
@@ -115,11 +119,13 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
                     "A file for each lamp beside the picture's",
                 ),
             ];
-            for (layers, name, hint) in places {
-                if choice_ui(ui, "Layers in", name, hint, exr.layers == layers) {
-                    exr.layers = layers;
+            segments_ui(ui, |ui| {
+                for (layers, name, hint) in places {
+                    if choice_ui(ui, "Layers in", name, hint, exr.layers == layers) {
+                        exr.layers = layers;
+                    }
                 }
-            }
+            });
             ui.checkbox(&mut exr.weights, "JSON of weights")
                 .on_hover_text("A JSON file with the layers' weights beside each picture");
         });

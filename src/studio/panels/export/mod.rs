@@ -9,6 +9,7 @@ use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::accuracy::words;
 use crate::panels::number_ui;
+use crate::panels::rows::segments_ui;
 use crate::theme::{self, GAP};
 use egui::{
     Align, Button, DragValue, Grid, Label, Layout, Response, RichText, Role, TextEdit, Ui,
@@ -119,8 +120,7 @@ fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> boo
 
 fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Picture");
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 2.0;
+    segments_ui(ui, |ui| {
         ui.spacing_mut().button_padding.x = 6.0;
         for (at, name, hint) in [
             (
@@ -232,8 +232,7 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, own: usize, out: &mut Vec<C
 
 fn background_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Background");
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 2.0;
+    segments_ui(ui, |ui| {
         ui.spacing_mut().button_padding.x = 6.0;
         for (background, name, hint) in [
             (None, "as shown", "The same background as in the picture"),

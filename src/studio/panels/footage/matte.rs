@@ -4,6 +4,7 @@ use super::{field_ui, quiet_ui};
 use crate::command::{Command, MatteCommand, ViewCommand};
 use crate::footage_reader::{FootagePicture, FootageView};
 use crate::panel_context::PanelContext;
+use crate::panels::rows::segments_ui;
 use crate::theme::{self, GAP};
 use egui::{Button, DragValue, Ui};
 use footage::{BrushSide, strokes};
@@ -11,12 +12,12 @@ use project::Project;
 
 /// The two tools of the pane.
 pub fn tools_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    ui.horizontal(|ui| {
+    segments_ui(ui, |ui| {
         for (name, hint, on) in [
             ("Framing", "Choose the square that is used", false),
             (
                 "Paint matte",
-                "Say what belongs to the person. Key: M",
+                "Paint what belongs to the person. Key: M",
                 true,
             ),
         ] {
@@ -32,7 +33,7 @@ pub fn tools_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 pub fn refusal(context: &PanelContext, project: &Project, frame: usize) -> Option<String> {
     if !strokes::is_own_matte(project, frame) {
         return Some(
-            "The shoot brings this frame's matte, and it is used as it is. Take the file away to have one made here."
+            "The shoot has its own matte for this frame. Remove that file to make one here."
                 .to_owned(),
         );
     }
@@ -57,7 +58,7 @@ pub fn matte_ui(
     if view.exemplars {
         quiet_ui(
             ui,
-            "Strokes are painted on interview frames. Poses are told from the dark by brightness.",
+            "Strokes are painted on interview frames. Poses are cut out by brightness.",
         );
         if ui.button("Show the interview").clicked() {
             let interview = FootageView {
@@ -82,7 +83,7 @@ pub fn matte_ui(
     let free = context.read_only.is_none() && context.status.job.is_none();
     let make = ui.add_enabled(free, Button::new("Make all mattes"));
     let make = make
-        .on_hover_text("Make every matte that the shoot does not bring again, with these strokes")
+        .on_hover_text("Makes every matte that the shoot lacks again, with these strokes")
         .on_disabled_hover_text("Not while a job is running or the project is read-only");
     if make.clicked() {
         out.push(Command::Matte(MatteCommand::MakeAll));
@@ -90,7 +91,7 @@ pub fn matte_ui(
 }
 
 fn brush_ui(ui: &mut Ui, context: &PanelContext, shown: &FootagePicture, out: &mut Vec<Command>) {
-    ui.horizontal(|ui| {
+    segments_ui(ui, |ui| {
         for (name, hint, side) in [
             (
                 "Keep",
@@ -167,7 +168,7 @@ fn strokes_ui(ui: &mut Ui, context: &PanelContext, frame: usize, out: &mut Vec<C
     quiet_ui(
         ui,
         &format!(
-            "Strokes on frames {}{more}. They serve the frames around as well.",
+            "Strokes on frames {}{more}. They also correct the frames around.",
             names.join(", ")
         ),
     );

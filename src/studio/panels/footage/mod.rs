@@ -11,6 +11,7 @@ use crate::command::{Command, ExportCommand, ProjectCommand, ViewCommand};
 use crate::export_options::ExportOptions;
 use crate::footage_reader::{FootagePicture, FootageView, MatteView};
 use crate::panel_context::PanelContext;
+use crate::panels::rows::segments_ui;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use brush::Brush;
@@ -139,7 +140,7 @@ impl FootagePanel {
                         .range(1..=most),
                 );
                 ui.label("Outside");
-                ui.horizontal(|ui| {
+                segments_ui(ui, |ui| {
                     for padding in Padding::ALL {
                         let chosen = framing.padding == padding;
                         if ui.add(Button::selectable(chosen, padding.name())).clicked() {
@@ -281,12 +282,12 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
             out.push(Command::View(ViewCommand::Footage(wanted)));
         }
     };
-    ui.horizontal(|ui| {
+    segments_ui(ui, |ui| {
         for (name, exemplars) in [("Interview", false), ("Exemplars", true)] {
             choice(ui, name, FootageView { exemplars, ..view });
         }
     });
-    ui.horizontal(|ui| {
+    segments_ui(ui, |ui| {
         for (name, matte) in [
             ("Picture", MatteView::Off),
             ("Matte overlay", MatteView::Over),

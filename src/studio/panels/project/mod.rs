@@ -1,5 +1,7 @@
 //! The project: the open one, recent ones, and the way to a new one.
 
+mod cards;
+mod hero;
 mod parts;
 mod wizard;
 
@@ -7,23 +9,25 @@ use super::TEXT_WIDTH;
 use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
-use crate::recents::Recent;
 use crate::theme::{self, GAP};
 use crate::wizard::typed;
 use base::files::shown;
-use egui::{Button, Color32, Label, RichText, ScrollArea, Sense, TextEdit, Ui, vec2};
+use egui::{Button, RichText, ScrollArea, TextEdit, Ui, vec2};
 use footage::scan::counted;
+use hero::Hero;
 use project::Project;
 
-/// Holds the folder typed for the demo.
+/// Holds the folder typed for the demo, and the picture of the start page.
 pub struct ProjectPanel {
     demo: String,
+    hero: Hero,
 }
 
 impl Default for ProjectPanel {
     fn default() -> Self {
         Self {
             demo: "~/afterlight-demo".to_owned(),
+            hero: Hero::default(),
         }
     }
 }
@@ -33,13 +37,18 @@ impl ProjectPanel {
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::PANEL);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            let width = (1.4 * TEXT_WIDTH).min(ui.available_width() - 4.0 * GAP);
+            let is_start = is_start(context);
+            if is_start {
+                self.hero.ui(ui, 0.32 * rect.height());
+            }
+            let most = if is_start { 2.1 } else { 1.4 } * TEXT_WIDTH;
+            let width = most.min(ui.available_width() - 4.0 * GAP);
             let side = 0.5 * (ui.available_width() - width);
             ui.horizontal_top(|ui| {
                 ui.add_space(side);
                 ui.vertical(|ui| {
                     ui.set_width(width);
-                    ui.add_space(3.0 * GAP);
+                    ui.add_space(if is_start { GAP } else { 3.0 * GAP });
                     self.column_ui(ui, context, out);
                     ui.add_space(2.0 * GAP);
                 });
@@ -89,6 +98,10 @@ impl ProjectPanel {
                 ),
             ] {
                 let button = Button::new((icon, words)).min_size(vec2(132.0, 28.0));
+                let button = match (icon, context.project) {
+                    (icons::ADD, None) => button.fill(theme::PRIMARY),
+                    _ => button,
+                };
                 if icons::named_ui(ui, true, button, words).clicked() {
                     out.push(command);
                 }
@@ -96,7 +109,7 @@ impl ProjectPanel {
             quiet_ui(ui, "or drop a shoot's or a project's folder anywhere");
         });
         ui.add_space(2.0 * GAP);
-        recent_ui(ui, context, out);
+        cards::recent_ui(ui, context, out);
         if context.project.is_none() {
             ui.add_space(2.0 * GAP);
             self.demo_ui(ui, out);
@@ -123,6 +136,11 @@ impl ProjectPanel {
     }
 }
 
+/// Whether the page is the one that a window opens with: no project, no plan for one, and no job that makes one.
+fn is_start(context: &PanelContext) -> bool {
+    context.project.is_none() && context.wizard.plan().is_none() && context.status.job.is_none()
+}
+
 fn quiet_ui(ui: &mut Ui, sentence: &str) {
     ui.label(RichText::new(sentence).color(theme::QUIET));
 }
@@ -135,7 +153,7 @@ fn open_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     ui.label(format!(
         "{} at {} fps, {} × {}, working size {} pixels",
         counted(shoot.frames.len(), "frame"),
-        shoot.frame_rate,
+        (1e3 * shoot.frame_rate).round() / 1e3,
         counted(shoot.poses.len(), "pose"),
         counted(shoot.lamps.len(), "lamp"),
         settings.size
@@ -144,65 +162,8 @@ fn open_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     quiet_ui(
         ui,
         match context.read_only {
-            Some(_) => "Nothing is saved: this project is open for writing elsewhere",
+            Some(_) => "Read-only: nothing is saved",
             None => "Everything is saved as you work",
         },
     );
-}
-
-fn recent_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    ui.strong("Recent");
-    let open = context.project.map(|project| &project.root);
-    let others = context.recents.iter();
-    let mut others = others
-        .filter(|recent| Some(&recent.folder) != open)
-        .peekable();
-    if others.peek().is_none() {
-        quiet_ui(ui, "No other recent projects");
-    }
-    for recent in others {
-        row_ui(ui, recent, out);
-    }
-}
-
-fn row_ui(ui: &mut Ui, recent: &Recent, out: &mut Vec<Command>) {
-    let frame = egui::Frame::new()
-        .fill(Color32::from_gray(46))
-        .corner_radius(3)
-        .inner_margin(GAP);
-    frame.show(ui, |ui| {
-        ui.set_min_width(ui.available_width());
-        ui.horizontal(|ui| {
-            let room = ui.available_width() - 160.0;
-            ui.vertical(|ui| {
-                ui.set_width(room);
-                ui.strong(&recent.name);
-                let folder = RichText::new(shown(&recent.folder));
-                let folder = folder.color(theme::QUIET).size(12.0);
-                ui.add(Label::new(folder).truncate().sense(Sense::hover()));
-                if let Some(trouble) = &recent.trouble {
-                    ui.colored_label(theme::WARNING, trouble);
-                }
-            });
-            let name = &recent.name;
-            let button = |ui: &mut Ui, text: &str, enabled: bool| {
-                let response = ui.add_enabled(enabled, Button::new(text));
-                response.widget_info(|| {
-                    egui::WidgetInfo::labeled(egui::Role::Button, enabled, format!("{text} {name}"))
-                });
-                response
-            };
-            if button(ui, "Open", recent.trouble.is_none()).clicked() {
-                out.push(Command::Project(ProjectCommand::Open(
-                    recent.folder.clone(),
-                )));
-            }
-            let hint = "Removes it from this list. Nothing on disk changes.";
-            if button(ui, "Remove", true).on_hover_text(hint).clicked() {
-                out.push(Command::Project(ProjectCommand::Forget(
-                    recent.folder.clone(),
-                )));
-            }
-        });
-    });
 }

@@ -127,7 +127,7 @@ fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
         any = true;
         let reason = one.candidate.map(|candidate| match &candidate.failure {
             Some(failure) => failure.clone(),
-            None => "Say what this is, at the right".to_owned(),
+            None => "Choose what this is, on the right".to_owned(),
         });
         brought_ui(ui, one, reason, changed);
     }
@@ -201,7 +201,7 @@ fn head_ui(ui: &mut Ui, one: Brought, changed: &mut Plan) {
             let part = changed.parts.iter_mut().find(|part| part.path == *path);
             part.into_iter().for_each(|part| part.slot = now);
         }
-        let words = format!("Take {name} out");
+        let words = format!("Remove {name}");
         if icons::named_ui(ui, true, Button::new(icons::REMOVE), &words).clicked() {
             changed.parts.retain(|part| part.path != *path);
         }

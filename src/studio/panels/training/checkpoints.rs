@@ -16,7 +16,7 @@ pub fn checkpoints_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command
         .as_ref()
         .map_or(&[][..], |r| &r.kept);
     if kept.is_empty() {
-        let text = "Training saves some as it goes, and one before each fresh start.";
+        let text = "Training saves checkpoints as it goes, and one before you start over.";
         ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
     }
     let idle = context.status.job.is_none();

@@ -59,13 +59,13 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
             theme::TEXT,
         );
         let shape = format!("{:.2} M parameters", network.parameters as f64 / 1e6);
-        line(left, 21.0, egui::Align2::LEFT_TOP, shape, 11.5, quiet);
+        line(left, 21.0, egui::Align2::LEFT_TOP, shape, 12.0, quiet);
         line(
             right,
             21.0,
             egui::Align2::RIGHT_TOP,
             steps(&cost, limited),
-            11.5,
+            12.0,
             quiet,
         );
         let known = match (pace, cost.timed) {
@@ -198,7 +198,7 @@ impl Buttons {
         };
         if self.confirming {
             ui.label(RichText::new(format!(
-                "The network of step {} moves to the list below with its curves, and a new one is started.",
+                "The network at step {} moves to the list below, with its curves. A new one starts.",
                 present.step
             ))
             .size(13.0));
@@ -237,9 +237,7 @@ impl Buttons {
             }
         });
         let over = (choice.config().minutes).filter(|minutes| 60.0 * minutes <= present.seconds);
-        let complete = over.map(|minutes| {
-            format!("The {minutes:.0} minutes are used up: raise Minutes to continue")
-        });
+        let complete = over.map(|_| "Time is up. Raise Minutes to continue.".to_owned());
         for sentence in refusal.into_iter().chain(complete) {
             ui.label(RichText::new(sentence).size(12.0).color(theme::QUIET));
         }

@@ -5,11 +5,12 @@ mod controls;
 mod curves;
 mod figures;
 mod pictures;
+mod preview;
 
 use crate::command::{Command, Dialog, JobCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
-use crate::panels::notice_ui;
+use crate::panels::{backdrop_ui, notice_ui};
 use crate::theme::{self, GAP};
 use egui::{Frame, Margin, Panel, RichText, ScrollArea, Ui};
 use project::Project;
@@ -55,21 +56,25 @@ impl TrainingPanel {
                     self.side_ui(ui, context, project, records, out);
                 });
             });
+        if context.training.is_empty() {
+            backdrop_ui(ui, context);
+        }
         Frame::new()
             .inner_margin(Margin::symmetric(12, 4))
-            .show(ui, |ui| self.main_ui(ui, context, records, out));
+            .show(ui, |ui| self.main_ui(ui, context, project, records, out));
     }
 
     fn main_ui(
         &mut self,
         ui: &mut Ui,
         context: &PanelContext,
+        project: &Project,
         records: &Records,
         out: &mut Vec<Command>,
     ) {
         let points = context.training.history.points();
         if points.is_empty() && !context.training.running {
-            return notice_ui(ui, |ui| instead_ui(ui, context, records, out));
+            return notice_ui(ui, |ui| instead_ui(ui, context, project, records, out));
         }
         let judged = points.iter().any(|point| point.held_out_db.is_some());
         // Three squares side by side, but not much higher than a third of the room.
@@ -115,7 +120,7 @@ impl TrainingPanel {
         }
         controls::presets_ui(ui, context, project, out);
         controls::settings_ui(ui, context, project, out);
-        if !is_empty(context, records) {
+        if !is_empty(context) {
             self.buttons.ui(ui, context, project, out);
         }
         if known {
@@ -129,13 +134,18 @@ impl TrainingPanel {
 }
 
 /// Whether nothing was trained yet: then the notice has the start button.
-fn is_empty(context: &PanelContext, records: &Records) -> bool {
-    let untouched = records.present.is_none() && records.failure.is_none();
-    untouched && context.status.job.is_none() && context.training.history.points().is_empty()
+fn is_empty(context: &PanelContext) -> bool {
+    context.training.is_empty() && context.status.job.is_none()
 }
 
 /// What is shown in place of the curves.
-fn instead_ui(ui: &mut Ui, context: &PanelContext, records: &Records, out: &mut Vec<Command>) {
+fn instead_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    project: &Project,
+    records: &Records,
+    out: &mut Vec<Command>,
+) {
     let heading = |ui: &mut Ui, text: &str| {
         ui.heading(text);
         ui.add_space(GAP);
@@ -158,17 +168,9 @@ fn instead_ui(ui: &mut Ui, context: &PanelContext, records: &Records, out: &mut 
         ));
     } else {
         heading(ui, "Nothing has been trained yet");
-        let shoot = context.project.map(|project| &project.settings.shoot);
-        if let Some(shoot) = shoot {
-            ui.label(format!(
-                "Training data: poses {}, lamps {}, interview frames {}. Choose a preset on the right.",
-                shoot.poses.len(),
-                shoot.lamps.len(),
-                shoot.frames.len()
-            ));
-        }
+        preview::preview_ui(ui, context, project);
         ui.add_space(GAP);
-        if is_empty(context, records) {
+        if is_empty(context) {
             controls::start_ui(ui, false, out);
         }
     }

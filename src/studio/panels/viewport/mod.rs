@@ -15,7 +15,7 @@ use crate::environment_library::PanoramaState;
 use crate::icons;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
-use crate::panels::{TEXT_WIDTH, dismiss_ui, notice_ui};
+use crate::panels::{TEXT_WIDTH, backdrop_ui, dismiss_ui, notice_ui};
 use crate::region::Region;
 use crate::theme::{self, GAP};
 use cell::CellUi;
@@ -201,7 +201,12 @@ impl ViewportPanel {
                     note_ui(ui, below, refusal, true, out);
                 }
             }
-            _ => notice_ui(ui, |ui| instead::instead_ui(ui, context, out)),
+            _ => {
+                if context.status.phase.waits_for_job() {
+                    backdrop_ui(ui, context);
+                }
+                notice_ui(ui, |ui| instead::instead_ui(ui, context, out));
+            }
         }
         ui.advance_cursor_after_rect(rect);
     }

@@ -1,0 +1,159 @@
+//! Settings that stand under one heading: whether any of them differs from its default, and the way back.
+
+use super::LookSettings;
+use light::Lighting;
+use light::keyframes::Keyframes;
+use scene::{Background, Effects, STRENGTHS};
+
+/// The settings under one heading of the panel of the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Group {
+    /// How the environment is turned, and how it is split among the lamps.
+    Environment,
+    /// How bright the environment is, and its colour.
+    Grade,
+    /// The lights placed by hand.
+    Lights,
+    /// Exposure, background, and what a display makes of the picture.
+    Picture,
+    /// The strengths of the effects.
+    Effects,
+}
+
+impl Group {
+    /// What its heading says.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Environment => "Environment",
+            Self::Grade => "Grade",
+            Self::Lights => "Lights",
+            Self::Picture => "Picture",
+            Self::Effects => "Effects",
+        }
+    }
+}
+
+impl LookSettings {
+    /// Whether anything in a group differs from its default, or has keys.
+    pub fn is_changed(&self, group: Group) -> bool {
+        let mut restored = self.clone();
+        restored.restore(group);
+        restored != *self
+    }
+
+    /// Gives a group its defaults; its keys are removed.
+    pub(crate) fn restore(&mut self, group: Group) {
+        let lighting = &mut self.lighting;
+        let default = Lighting::default();
+        match group {
+            Group::Environment => {
+                (self.yaw_keys, self.yaw_deg) = (Keyframes::default(), 0.0);
+                lighting.pitch_deg = default.pitch_deg;
+                lighting.roll_deg = default.roll_deg;
+                lighting.background_yaw_deg = default.background_yaw_deg;
+                lighting.weighting = default.weighting;
+            }
+            Group::Grade => {
+                self.intensity_keys = Keyframes::default();
+                lighting.intensity_stops = default.intensity_stops;
+                lighting.temperature_k = default.temperature_k;
+                lighting.tint = default.tint;
+            }
+            Group::Lights => lighting.placed = default.placed,
+            Group::Picture => {
+                let Effects {
+                    view, inspection, ..
+                } = Effects::default();
+                (self.exposure_stops, self.background) = (0.0, Background::default());
+                (self.effects.view, self.effects.inspection) = (view, inspection);
+            }
+            Group::Effects => {
+                for strength in STRENGTHS {
+                    *(strength.of)(&mut self.effects) = 0.0;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::{LookCommand, ViewCommand};
+    use crate::keyframed::Keyframed;
+    use crate::state::State;
+    use light::PlacedLight;
+    use light::weights::Weighting;
+    use scene::{Inspection, ViewTransform};
+
+    const ALL: [Group; 5] = [
+        Group::Environment,
+        Group::Grade,
+        Group::Lights,
+        Group::Picture,
+        Group::Effects,
+    ];
+
+    #[test]
+    fn each_setting_belongs_to_one_group_which_brings_it_back_in_one_step() {
+        let lighting = |change: fn(&mut Lighting)| {
+            let mut lighting = Lighting::default();
+            change(&mut lighting);
+            LookCommand::Lighting(Box::new(lighting))
+        };
+        let effects = |change: fn(&mut Effects)| {
+            let mut effects = Effects::default();
+            change(&mut effects);
+            LookCommand::Effects(effects)
+        };
+        for (group, command) in [
+            (Group::Environment, LookCommand::Yaw(20.0)),
+            (Group::Environment, LookCommand::ToggleKey(Keyframed::Yaw)),
+            (Group::Environment, lighting(|l| l.pitch_deg = 3.0)),
+            (Group::Environment, lighting(|l| l.roll_deg = 3.0)),
+            (Group::Environment, lighting(|l| l.background_yaw_deg = 3.0)),
+            (
+                Group::Environment,
+                lighting(|l| l.weighting = Weighting::Cells),
+            ),
+            (Group::Grade, LookCommand::ToggleKey(Keyframed::Intensity)),
+            (Group::Grade, lighting(|l| l.intensity_stops = 1.0)),
+            (Group::Grade, lighting(|l| l.temperature_k = 3200.0)),
+            (Group::Grade, lighting(|l| l.tint = 5.0)),
+            (
+                Group::Lights,
+                lighting(|l| l.placed.push(PlacedLight::default())),
+            ),
+            (Group::Picture, LookCommand::Exposure(1.0)),
+            (Group::Picture, LookCommand::Background(Background::None)),
+            (Group::Picture, LookCommand::Inspect(Inspection::FalseColor)),
+            (Group::Picture, effects(|e| e.view = ViewTransform::Filmic)),
+            (Group::Effects, effects(|e| e.glare = 0.5)),
+            (Group::Effects, effects(|e| e.grain = 1.0)),
+        ] {
+            let mut s = State::new(5, 24.0);
+            s.show(ViewCommand::Frame(2));
+            let before = s.look.clone();
+            s.change(command.clone());
+            s.release();
+            for one in ALL {
+                assert_eq!(s.look.is_changed(one), one == group, "{one:?} {command:?}");
+            }
+            let changed = s.look.clone();
+            s.change(LookCommand::Reset(group));
+            s.release();
+            assert_eq!(s.look, before, "{command:?}");
+            s.change(LookCommand::Undo);
+            assert_eq!(s.look, changed, "{command:?}");
+        }
+    }
+
+    #[test]
+    fn what_nothing_was_changed_of_is_no_step_when_it_is_reset() {
+        let mut s = State::new(1, 24.0);
+        for group in ALL {
+            s.change(LookCommand::Reset(group));
+        }
+        assert!(!s.can_undo());
+    }
+}
