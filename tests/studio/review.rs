@@ -291,8 +291,8 @@ fn the_strip_has_the_worst_first_and_leads_to_its_worst_lamp() {
     let review = measurement(&window);
     let order = review.worst_cases(Metric::Flip);
     let lefts = order.iter().map(|&case| {
-        let item = window.get_by_label(&in_strip(&review, case));
-        item.rect().left()
+        let name = in_strip(&review, case);
+        window.get_by_label(&name).rect().left()
     });
     let lefts: Vec<f32> = lefts.collect();
     assert!(lefts.windows(2).all(|pair| pair[0] < pair[1]), "{lefts:?}");
@@ -305,8 +305,8 @@ fn the_strip_has_the_worst_first_and_leads_to_its_worst_lamp() {
     let frames: Vec<usize> = frames.collect();
     assert_eq!(window.state().footage().wanted(Pane::Review), frames);
     for &(case, mean) in &order {
-        let item = window.get_by_label(&in_strip(&review, (case, mean)));
-        item.click_accesskit();
+        let name = in_strip(&review, (case, mean));
+        window.get_by_label(&name).click_accesskit();
         window.run_steps(3);
         let lamp = review.worst_lamp(Metric::Flip, case).unwrap();
         let state = window.state().state();

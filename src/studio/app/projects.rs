@@ -103,10 +103,9 @@ impl StudioApp {
 
     /// Shows another project, with `worker` behind it.
     pub(super) fn open(&mut self, project: Project, worker: Worker) {
-        self.state = State {
-            gain: self.state.gain,
-            ..State::of(&project)
-        };
+        let gain = self.state.gain;
+        self.state = State::of(&project);
+        self.state.gain = gain;
         self.autosave.remember(&project.root);
         self.picker.opened();
         self.start(project.clone(), worker);

@@ -239,3 +239,29 @@ pub fn legend_ui(ui: &Ui, rect: Rect) {
         painter.text(at, Align2::LEFT_CENTER, name, font.clone(), theme::TEXT);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_has_whole_codes_and_a_mean_has_tenths() {
+        let pixel = Reading {
+            name: String::new(),
+            codes: [7.0, 42.0, 255.0],
+            linear: None,
+            is_mean: false,
+        };
+        assert_eq!(pixel.text(), "  7  42 255");
+        let mean = Reading {
+            codes: [7.21, 42.06, 254.96],
+            linear: Some([0.5, 0.0, 1.25]),
+            is_mean: true,
+            ..pixel
+        };
+        assert_eq!(
+            mean.text(),
+            "  7.2  42.1 255.0   linear 0.5000 0.0000 1.2500"
+        );
+    }
+}
