@@ -113,6 +113,8 @@ impl WorkspaceView<'_> {
             Pane::Environments => padded(ui, |ui| panels.environments.ui(ui, context, out)),
             Pane::Light => padded(ui, |ui| {
                 scrolled(ui, |ui| {
+                    // The bar to scroll by covers nothing.
+                    ui.set_max_width(ui.available_width() - GAP);
                     panels.light.ui(ui, context, out);
                     panels.picture.ui(ui, context, out);
                 });

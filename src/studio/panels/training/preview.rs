@@ -53,7 +53,10 @@ fn sentences(
     );
     let disk = config.disk(project, held_out, cost.seconds);
     let memory = config.network(project).cost().training_bytes();
-    let saves = duration(config.checkpoint_seconds);
+    let saves = match config.checkpoint_seconds {
+        short if short < 90.0 => format!("{short:.0} s"),
+        long => duration(long),
+    };
     [
         ("Data", data),
         ("Time", time(&cost, limit)),
