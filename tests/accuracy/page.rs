@@ -125,7 +125,7 @@ fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
     text += &methods(shoot, steps);
     let _ = writeln!(
         text,
-        "\n![Time for a frame against error]({stem}.svg)\n\nEvery seed of every rung, with its settings: [table]({stem}.csv).\n"
+        "\n![Time for a frame against error]({stem}.svg)\n\nRungs too close to others to be named there are in the table below; every seed of every rung, with its settings, is in [a file for other programs]({stem}.csv).\n"
     );
     text += &ladder_table(steps);
     for failure in &ladder.failures {

@@ -2,6 +2,7 @@
 
 use crate::summary::Step;
 use base::{Error, Result};
+use plotters::coord::combinators::WithKeyPoints;
 use plotters::prelude::*;
 use std::path::Path;
 use tradeoff::Knob;
@@ -21,6 +22,67 @@ const COLORS: [RGBColor; 7] = [
 
 fn color(knob: Option<Knob>) -> RGBColor {
     knob.map_or(BLACK, |knob| COLORS[knob as usize % COLORS.len()])
+}
+
+/// A logarithmic axis with ticks at round numbers, within a decade too.
+fn logarithmic(range: std::ops::Range<f64>) -> WithKeyPoints<LogCoord<f64>> {
+    const ROUND: [f64; 11] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
+    let decades = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
+    let ticks = decades.flat_map(|decade| ROUND.map(|round| round * 10f64.powi(decade)));
+    let ticks = ticks.filter(|tick| range.contains(tick)).collect();
+    range.log_scale().with_key_points(ticks)
+}
+
+/// A part of the plot in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Area {
+    left: i32,
+    top: i32,
+    right: i32,
+    bottom: i32,
+}
+
+impl Area {
+    /// A point's own.
+    fn around((x, y): (i32, i32)) -> Self {
+        Self {
+            left: x - 4,
+            top: y - 4,
+            right: x + 4,
+            bottom: y + 4,
+        }
+    }
+
+    /// Where a point's name can stand: right, left, above and below.
+    fn beside((x, y): (i32, i32), name: &str) -> [Self; 4] {
+        let width = 6 * name.len() as i32;
+        [
+            (6, -5),
+            (-6 - width, -5),
+            (-width / 2, -16),
+            (-width / 2, 6),
+        ]
+        .map(|(by_x, by_y)| Self {
+            left: x + by_x,
+            top: y + by_y,
+            right: x + by_x + width,
+            bottom: y + by_y + 10,
+        })
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        self.left < other.right
+            && other.left < self.right
+            && self.top < other.bottom
+            && other.top < self.bottom
+    }
+
+    fn holds(&self, other: &Self) -> bool {
+        other.left >= self.left
+            && other.right <= self.right
+            && other.top >= self.top
+            && other.bottom <= self.bottom
+    }
 }
 
 /// An error in per cent of white, of a PSNR.
@@ -65,17 +127,18 @@ fn draw(
     let mut chart = ChartBuilder::on(&area)
         .caption(title, ("sans-serif", 15))
         .margin(10)
-        .margin_right(120)
+        .margin_right(24)
         .x_label_area_size(42)
         .y_label_area_size(56)
-        .build_cartesian_2d(x.log_scale(), y.log_scale())?;
+        .build_cartesian_2d(logarithmic(x), logarithmic(y))?;
     chart
         .configure_mesh()
         .x_desc("time for a frame, ms")
         .y_desc("error, % of white")
         .x_label_formatter(&|ms| format!("{ms:.0}"))
-        .y_label_formatter(&|error| format!("{error:.1}"))
-        .light_line_style(RGBColor(238, 238, 238))
+        .y_label_formatter(&|error| error.to_string())
+        .bold_line_style(RGBColor(228, 228, 228))
+        .light_line_style(TRANSPARENT)
         .draw()?;
     let mut front: Vec<(f64, f64)> = (shown.iter().filter(|step| step.on_front))
         .map(|step| (step.place().0, percent(step.place().1)))
@@ -100,8 +163,39 @@ fn draw(
         }
         let radius = if step.on_front { 4 } else { 3 };
         chart.draw_series([Circle::new(at, radius, color.filled())])?;
-        let style = ("sans-serif", 10).into_font().color(&color);
-        chart.draw_series([Text::new(format!("  {}", step.name), at, style)])?;
+    }
+    // The most telling first: what lies too close to others to be read gets no name.
+    let mut named = shown.clone();
+    named.sort_by_key(|step| (!step.on_front, step.knob.is_some()));
+    let at = |step: &Step| (step.place().0, percent(step.place().1));
+    let points: Vec<(i32, i32)> = (shown.iter())
+        .map(|step| chart.backend_coord(&at(step)))
+        .collect();
+    let mut taken: Vec<Area> = points.iter().map(|&point| Area::around(point)).collect();
+    let (across, down) = chart.plotting_area().get_pixel_range();
+    let whole = Area {
+        left: across.start,
+        top: down.start,
+        right: across.end,
+        bottom: down.end,
+    };
+    for step in named {
+        let point = chart.backend_coord(&at(step));
+        let own = Area::around(point);
+        let free = |place: &Area| {
+            whole.holds(place)
+                && taken
+                    .iter()
+                    .all(|other| *other == own || !other.meets(place))
+        };
+        let Some(place) = Area::beside(point, step.name).into_iter().find(free) else {
+            continue;
+        };
+        let style = ("sans-serif", 10).into_font().color(&color(step.knob));
+        let by = (place.left - point.0, place.top - point.1);
+        let text = Text::new(step.name.to_owned(), by, style);
+        chart.draw_series([EmptyElement::at(at(step)) + text])?;
+        taken.push(place);
     }
     area.present()?;
     Ok(())

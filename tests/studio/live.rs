@@ -416,10 +416,10 @@ fn where_a_drag_ends_is_shown_without_another_event() {
             press(to, false),
         ] {
             window.event(event);
-            // The event's own frame; the others are the window's wish.
             window.step();
-            as_asked(&mut window);
         }
+        // The events' own frames are over; the others are the window's wish.
+        as_asked(&mut window);
         let drawn = window.render().unwrap();
         window.run_steps(6);
         let [x, y, width, height] = [

@@ -110,6 +110,10 @@ fn from_movies_to_a_relit_picture_and_to_a_movie_with_sound() {
     until(&mut hand.window, "look at the shoot", |app| {
         app.wizard().scan().is_some()
     });
+    hand.wait("Make project");
+    let make = hand.window.get_by_label("Make project");
+    let blocked = egui_kittest::kittest::NodeT::accesskit_node(&make).is_disabled();
+    assert!(!blocked, "{:#?}", hand.window.state().wizard().scan());
     hand.click("Make project");
     hand.wait("Calibrate");
     hand.click("Calibrate");

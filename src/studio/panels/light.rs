@@ -399,7 +399,7 @@ fn light_ui(ui: &mut Ui, index: usize, light: &mut PlacedLight) -> bool {
             (placed::Kind::Point, "point"),
         ];
         let now = kinds.iter().find(|(kind, _)| *kind == light.kind);
-        egui::ComboBox::from_id_salt("kind")
+        let list = egui::ComboBox::from_id_salt("kind")
             .selected_text(now.map_or("", |(_, name)| name))
             .width(0.5 * (ui.available_width() - ui.spacing().item_spacing.x))
             .show_ui(ui, |ui| {
@@ -407,6 +407,8 @@ fn light_ui(ui: &mut Ui, index: usize, light: &mut PlacedLight) -> bool {
                     ui.selectable_value(&mut light.kind, kind, name);
                 }
             });
+        let name = format!("Kind of {title}");
+        (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, &name));
         ui.color_edit_button_rgb(&mut light.color);
     });
     let field = |value, speed: f32, range: RangeInclusive<f32>, prefix: &str| {

@@ -134,7 +134,7 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
         ExportStatus::Done(WrittenExport { folder, .. }) => {
-            let hint = folder.display().to_string();
+            let hint = base::files::shown(folder);
             let open = Command::Export(ExportCommand::OpenFolder(folder.clone()));
             button(ui, true, icons::FOLDER, "Open folder", &hint, open);
             let hint = "Removes it from the list; the files are kept";

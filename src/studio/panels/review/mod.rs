@@ -14,6 +14,7 @@ use crate::panel_context::PanelContext;
 use crate::panels::missing;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
+use base::files::shown;
 use chosen::ChosenUi;
 use egui::{Button, Color32, RichText, ScrollArea, Ui};
 use evaluation::review::{Means, Metric, Review};
@@ -126,7 +127,7 @@ fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut V
     };
     ui.label("Not measured yet.");
     let frames = match &kept.truth {
-        Some(folder) => format!(", and with the ground truth in {}", folder.display()),
+        Some(folder) => format!(", and with the ground truth in {}", shown(folder)),
         None => String::new(),
     };
     quiet_ui(
