@@ -476,9 +476,11 @@ fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
             let codes = relit.codes([x, y]).unwrap();
             (codes, relit.linear.as_ref().unwrap().at(x, y))
         });
-    let pixels: Vec<([u8; 3], [f32; 3])> = pixels.collect();
+    /// Codes and linear light.
+    type Read = ([u8; 3], [f32; 3]);
+    let pixels: Vec<Read> = pixels.collect();
     assert_eq!(pixels.len(), columns * rows);
-    let mean = |of: &dyn Fn(&([u8; 3], [f32; 3])) -> f64| {
+    let mean = |of: &dyn Fn(&Read) -> f64| {
         (pixels.iter().map(of).sum::<f64>() / pixels.len() as f64) as f32
     };
     let codes = [0, 1, 2].map(|c| format!("{:5.1}", mean(&|(codes, _)| f64::from(codes[c]))));

@@ -5,7 +5,7 @@ use super::{Window, clay_window, drag, drop_onto, review, until, until_shown, wi
 use afterlight::gpu::DeviceChoice;
 use afterlight::progress::Progress;
 use afterlight::studio::StudioApp;
-use afterlight::virtual_stage::{StageSettings, WrittenAs, write_shoot};
+use afterlight::virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};
 use egui::{Event, Modifiers, PointerButton, Pos2, Rect, vec2};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
@@ -24,13 +24,17 @@ impl Hand {
         Self { window, acts: 0 }
     }
 
-    /// Clicks what is called so, which has to be in sight; the one on the right, if there are several.
+    /// Clicks what is called so, which has to be in sight. If there are several, it is the first beside the list of
+    /// environments on the left, which has the same names as the menus.
     fn click(&mut self, name: &str) {
         let whole = Rect::from_min_size(Pos2::ZERO, vec2(1280.0, 720.0));
         let found = self.window.query_all_by_label(name);
         let places: Vec<Rect> = found.map(|node| node.rect()).collect();
         let seen = places.iter().filter(|place| whole.contains_rect(**place));
-        let place = seen.max_by(|a, b| a.left().total_cmp(&b.left()));
+        let place = seen.min_by(|a, b| {
+            let key = |place: &Rect| (place.left() < 208.0, place.left());
+            key(a).partial_cmp(&key(b)).unwrap()
+        });
         let at = place
             .unwrap_or_else(|| panic!("{name} is not in sight: {places:?}"))
             .center();
@@ -99,8 +103,12 @@ fn from_movies_to_a_relit_picture_and_to_a_movie_with_sound() {
         frames: 3,
         size: 32,
         lamps: 6,
-        poses: 3,
         written_as: WrittenAs::Movies,
+        // As cameras roll between the lamps.
+        trouble: TroubleSettings {
+            tracking: Some(3),
+            ..TroubleSettings::default()
+        },
         ..StageSettings::default()
     };
     write_shoot(&filmed, &stage, &Progress::silent()).unwrap();
@@ -205,16 +213,7 @@ fn the_worst_lamp_is_found() {
     hand.window.run_steps(3);
     hand.click("Workspace Review");
     let (case, lamp) = kept.worst(afterlight::evaluation::review::Metric::default())[0];
-    let name = format!("{}, {}", kept.cases[case].name, kept.lamps[lamp]);
-    let entry = hand
-        .window
-        .query_all_by_label_contains(&name)
-        .map(|node| node.rect());
-    let at = entry
-        .max_by(|a, b| a.top().total_cmp(&b.top()))
-        .expect("the worst is listed");
-    assert!(at.bottom() < 720.0, "{at:?} is in sight");
-    hand.click_at(at.center());
+    hand.click("Next worst");
     assert_eq!(hand.window.state().state().cell, Some((case, lamp)));
     hand.done("Find the worst lamp");
 }

@@ -37,7 +37,7 @@ const SEEN_RIM_PX: f64 = 0.2;
 /// It was seen if it was told from the background on this share of the circumference.
 const SEEN_RIM: f64 = 0.5;
 /// A circle that is off by more than this share of the radius is named: its lamps are several degrees off.
-const WRONG_CIRCLE: f64 = 0.04;
+const WRONG_CIRCLE: f64 = 0.03;
 
 impl Grid {
     /// More cells across the ball show a lamp no better.

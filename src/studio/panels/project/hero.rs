@@ -39,6 +39,8 @@ impl Hero {
             (ui.ctx()).load_texture("hero", picture, TextureOptions::LINEAR)
         });
         let uv = covering(texture.size_vec2(), rect.size());
+        // Faces are in the lower part.
+        let uv = uv.translate(vec2(0.0, 0.9 * uv.top()));
         ui.painter().image(texture.id(), rect, uv, Color32::WHITE);
         fade_ui(ui, rect);
     }
