@@ -236,7 +236,7 @@ mod tests {
         let lamp = |i: usize| {
             let y = 1.0 - (2 * i + 1) as f32 / lamps as f32;
             let (turn, across) = (2.399_963 * i as f32, (1.0 - y * y).sqrt());
-            let energy = if i % 3 == 0 { 2.0 } else { 0.5 };
+            let energy = if i.is_multiple_of(3) { 2.0 } else { 0.5 };
             Lamp {
                 name: format!("olat_{i:02}"),
                 direction: Vec3::new(across * turn.cos(), y, across * turn.sin()),

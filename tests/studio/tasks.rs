@@ -127,6 +127,7 @@ fn from_movies_to_a_relit_picture_and_to_a_movie_with_sound() {
     hand.click("Calibrate");
     hand.wait("Train for 10 minutes");
     hand.click("Train for 10 minutes");
+    hand.click("Workspace Relight");
     until(&mut hand.window, "first relit picture", |app| {
         app.relit().is_some()
     });
