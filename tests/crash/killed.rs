@@ -171,7 +171,7 @@ fn a_killed_training_loses_nothing_older_than_one_save() {
     let started = Instant::now();
     let mut first = train().spawn().unwrap();
     test_support::wait_for(|| (step() > 2).then_some(()));
-    let whole = 2 * started.elapsed();
+    let mut whole = 2 * started.elapsed();
     first.kill().unwrap();
     first.wait().unwrap();
 
@@ -180,7 +180,11 @@ fn a_killed_training_loses_nothing_older_than_one_save() {
     let checkpoints = ground.at("film/checkpoints");
     let film = ground.film();
     let (mut before, mut resumed) = (step(), 0);
-    for _ in 0..moments.count {
+    while tally.killed < moments.count || resumed == 0 {
+        if tally.killed >= moments.count {
+            // The machine has got other work since, and no run had the time to go on.
+            whole *= 2;
+        }
         let moment = moments.next(whole, &[&folder, &checkpoints, &film]);
         let end = moment.kill(&mut train());
         assert!(matches!(end, End::Killed), "{end:?}");
@@ -196,7 +200,6 @@ fn a_killed_training_loses_nothing_older_than_one_save() {
     }
     ground.check_training(before, &settings);
     ground.check_outside();
-    assert!(resumed > 0, "no run went on");
     test_support::shown!(
         Accidents,
         "`train` is killed, saving after each step",

@@ -133,7 +133,14 @@ fn from_movies_to_a_relit_picture_and_to_a_movie_with_sound() {
     });
     hand.done("First relit picture from movies");
 
-    // The training goes on meanwhile.
+    // An export waits for the end of a training.
+    hand.window
+        .key_press_modifiers(Modifiers::COMMAND, egui::Key::Num2);
+    hand.wait("Stop");
+    hand.window.get_by_label("Stop").click();
+    until(&mut hand.window, "end of the training", |app| {
+        app.status().job.is_none()
+    });
     hand.click("Workspace Export");
     hand.click("Format movie");
     hand.click("Codec: H.264");
