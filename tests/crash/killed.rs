@@ -184,6 +184,7 @@ fn a_killed_training_loses_nothing_older_than_one_save() {
         if tally.killed >= moments.count {
             // The machine has got other work since, and no run had the time to go on.
             whole *= 2;
+            assert!(whole < test_support::PATIENCE, "no run went on");
         }
         let moment = moments.next(whole, &[&folder, &checkpoints, &film]);
         let end = moment.kill(&mut train());

@@ -131,13 +131,9 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
     window.get_by_label("No project is open");
 }
 
-#[test]
-fn a_shoot_is_gathered_from_dropped_movies() {
-    if !test_support::ffmpeg() {
-        return;
-    }
-    let folder = crate::temporary();
-    let filmed = folder.path().join("filmed");
+/// A small shoot of movies in a folder, whose camera rolls between the lamps.
+pub fn filmed(folder: &Path) -> PathBuf {
+    let filmed = folder.join("filmed");
     let stage = StageSettings {
         frames: 3,
         size: 32,
@@ -150,6 +146,16 @@ fn a_shoot_is_gathered_from_dropped_movies() {
         ..StageSettings::default()
     };
     write_shoot(&filmed, &stage, &Progress::silent()).unwrap();
+    filmed
+}
+
+#[test]
+fn a_shoot_is_gathered_from_dropped_movies() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = crate::temporary();
+    let filmed = filmed(folder.path());
     let mut window = no_project();
     window.run();
     drop_onto(&mut window, filmed.join("exemplars/pose00.mov"));

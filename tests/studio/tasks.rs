@@ -3,9 +3,7 @@
 
 use super::{Window, clay_window, drag, drop_onto, review, until, until_shown, window};
 use afterlight::gpu::DeviceChoice;
-use afterlight::progress::Progress;
 use afterlight::studio::StudioApp;
-use afterlight::virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};
 use egui::{Event, Modifiers, PointerButton, Pos2, Rect, vec2};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
@@ -98,20 +96,7 @@ fn from_movies_to_a_relit_picture() {
         return;
     }
     let folder = crate::temporary();
-    let filmed = folder.path().join("filmed");
-    let stage = StageSettings {
-        frames: 3,
-        size: 32,
-        lamps: 6,
-        written_as: WrittenAs::Movies,
-        // As cameras roll between the lamps.
-        trouble: TroubleSettings {
-            tracking: Some(3),
-            ..TroubleSettings::default()
-        },
-        ..StageSettings::default()
-    };
-    write_shoot(&filmed, &stage, &Progress::silent()).unwrap();
+    let filmed = super::project::filmed(folder.path());
     let mut hand = Hand::of(window(|ctx| StudioApp::new(ctx, None, DeviceChoice::Cpu)));
     hand.window.run();
     hand.drop(&filmed);
