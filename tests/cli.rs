@@ -177,6 +177,7 @@ fn a_small_shoot_goes_all_the_way() {
     assert!(at.join("out.0002.exr").exists() && at.join("out.0003.exr").exists());
 
     fields_are_kept_as_asked(at);
+    keys_of_a_file_are_followed(at);
     kernels_are_timed_once(at);
     fronts_are_yaws_and_are_remembered(at);
     let with_layers = [
@@ -328,6 +329,37 @@ fn exports_go_on(at: &Path) {
         danger: "hours are lost, or frames of an older look stay among the new ones",
         done: "each file says what it was made of; what is the same stays, the rest is made",
         bound: "the files of an export that was not stopped", measured: "equal bytes");
+}
+
+/// Keys in a file are what their values are at the frame.
+fn keys_of_a_file_are_followed(at: &Path) {
+    let keys = r#"{"exposure": {"interpolation": "linear", "keys": [{"frame": 0, "value": 0}, {"frame": 2, "value": 3}]},
+        "pitch": {"keys": [{"frame": 0, "value": 20}]},
+        "lights.1.yaw": {"keys": [{"frame": 0, "value": -90, "interpolation": "hold"}, {"frame": 2, "value": 90}]}}"#;
+    std::fs::write(at.join("moving.json"), keys).unwrap();
+    let picture = |options: &str| {
+        let cpu = format!("--device cpu {options}");
+        let arguments: Vec<&str> = cpu.split(' ').collect();
+        relit(at, &arguments);
+        std::fs::read(at.join("one.0001.png")).unwrap()
+    };
+    let light = |azimuth: i32| format!("--light {azimuth},20,30,3");
+    let moving = picture(&format!("--keys moving.json {}", light(40)));
+    assert!(moving == picture(&format!("--exposure 1.5 --pitch 20 {}", light(-90))));
+    assert!(moving != picture(&format!("--exposure 1.5 --pitch 20 {}", light(40))));
+    let refused = |file: &str| {
+        let relight = ["relight", "film", "--environment", "nave", "--to", "x.png"];
+        let with = [&relight[..], &["--keys", file]].concat();
+        fail(at, &with)
+    };
+    assert!(refused("moving.json").contains("lights.1.yaw"));
+    assert!(refused("nowhere.json").contains("nowhere.json"));
+    std::fs::write(at.join("wrong.json"), r#"{"tilt": {"keys": []}}"#).unwrap();
+    let said = refused("wrong.json");
+    assert!(
+        said.contains("wrong.json") && said.contains("tilt"),
+        "{said}"
+    );
 }
 
 fn fields_are_kept_as_asked(at: &Path) {

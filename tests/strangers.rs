@@ -291,6 +291,8 @@ fn a_look_and_preferences_of_any_content_are_used_or_put_aside() {
     let project = Project::without_shoot(folder.path());
     let look = r#"{"environment": "sky", "yaw_deg": 40.5, "exposure_stops": -1.5,
         "yaw_keys": {"interpolation": "smooth", "keys": [{"frame": 0, "value": 0}, {"frame": 24.5, "value": 90}]},
+        "keys": {"exposure": {"keys": [{"frame": 0, "value": 1, "interpolation": "bezier", "in": -2.5, "out": 0.5}]},
+        "lights.1.red": {"interpolation": "hold", "keys": [{"frame": 3, "value": 0.5}]}, "effects.glare": {"keys": []}},
         "lighting": {"pitch_deg": 10, "temperature_k": 5600, "tint": 3, "placed": [{"kind": "disc", "yaw_deg": 20,
         "pitch_deg": 45, "radius_deg": 10, "color": [1, 1, 0.5], "intensity": 3.14, "enabled": true}]}}"#;
     let plain = SavedLook::of(&State::new(10, 24.0).look).text();

@@ -262,7 +262,7 @@ impl Cli {
             Command::Checkpoints(args) => args.run(),
             Command::Frame(args) => do_job(args.output, Ok(args.job())),
             Command::Matte(args) => do_job(args.output, Ok(args.job())),
-            Command::Relight(args) => do_job(args.output, Ok(args.job())),
+            Command::Relight(args) => do_job(args.output, args.job()),
             Command::Evaluate(args) => do_job(
                 args.output,
                 Ok(Job::Evaluate {

@@ -1,12 +1,14 @@
 //! `afterlight relight`.
 
 use super::OutputArgs;
+use base::error::{Error, Result};
+use base::files;
 use clap::Args;
 use export::Existing;
 use export::relight::RelightSettings;
 use light::keyframes::{Interpolation, Keyframes};
-use scene::Background;
-use std::path::PathBuf;
+use scene::{Animation, Background, Setting};
+use std::path::{Path, PathBuf};
 use worker::Job;
 
 /// Relight the interview under an environment and write pictures or a clip.
@@ -19,6 +21,10 @@ pub struct RelightArgs {
     project: PathBuf,
     #[command(flatten)]
     settings: RelightSettings,
+    /// Keyframes of any settings: a JSON object of their names and keys, as `keys` in a project's look.json. Lights have
+    /// the numbers 1, 2, … in the order of --light.
+    #[arg(long, value_name = "FILE")]
+    keys: Option<PathBuf>,
     /// Keyframes of the yaw, added to --yaw.
     #[arg(long, value_name = "FRAME:DEG,…", allow_hyphen_values = true)]
     yaw_keys: Option<Keyframes>,
@@ -40,29 +46,56 @@ pub struct RelightArgs {
 
 impl RelightArgs {
     /// The job that was asked for.
-    pub fn job(self) -> Job {
+    ///
+    /// # Errors
+    /// When the keys cannot be read or are too large.
+    pub fn job(self) -> Result<Job> {
         let interpolation = if self.linear_keys {
             Interpolation::Linear
         } else {
             Interpolation::Smooth
         };
-        let keys = |keys: Option<Keyframes>| {
-            let mut keys = keys.unwrap_or_default();
-            keys.interpolation = interpolation;
-            keys
-        };
         let mut settings = self.settings;
-        settings.yaw_keys = keys(self.yaw_keys);
-        settings.intensity_keys = keys(self.intensity_keys);
+        settings.lighting.number_lights();
+        if let Some(file) = &self.keys {
+            settings.animation = read_keys(file)?;
+        }
+        for (setting, keys, base) in [
+            (Setting::Yaw, self.yaw_keys, settings.yaw_deg),
+            (
+                Setting::Intensity,
+                self.intensity_keys,
+                settings.lighting.intensity_stops,
+            ),
+        ] {
+            if let Some(keys) = keys {
+                let mut keys = keys.plus(f64::from(base))?;
+                keys.interpolation = interpolation;
+                settings.animation.set(setting, keys);
+            }
+        }
         if self.no_background {
             settings.background = Background::None;
         }
         if self.keep {
             settings.files.existing = Existing::Keep;
         }
-        Job::Relight {
+        Ok(Job::Relight {
             project: self.project,
             settings: Box::new(settings),
-        }
+        })
     }
+}
+
+/// The keys in a file.
+///
+/// # Errors
+/// When it cannot be read or understood.
+fn read_keys(file: &Path) -> Result<Animation> {
+    let text = files::read_text(file, files::MOST_TEXT)
+        .map_err(|e| Error::io("read the keys in", file, e, "Check the path"))?;
+    serde_json::from_str(&text).map_err(|e| {
+        let remedy = "Write it as docs/guide.md says under \"Animate\"";
+        Error::codec("understand the keys in", file, e, remedy)
+    })
 }

@@ -15,12 +15,14 @@ use compositor::{
 use footage::{Frame, picture_size};
 use gpu::{ComputeDevice, DeviceChoice};
 use light::conventions::Front;
-use light::keyframes::Keyframes;
 use light::panorama::{self, ReadSettings};
 use light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
 use project::{KnownEnvironment, Project};
 use reflectance::Predictor;
-use scene::{Background, EXPOSURE_STOPS, Effects, Output, Pass, Scene};
+use scene::{
+    Animated, Animation, Background, EXPOSURE_STOPS, Effects, Output, Pass, STRENGTHS, Scene,
+    Setting,
+};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -55,17 +57,14 @@ pub struct RelightSettings {
     /// Turn the environment once around over the frames, starting at --yaw.
     #[arg(long)]
     pub turntable: bool,
-    /// Yaw in degrees over the interview's frames, added to `yaw_deg`.
-    #[arg(skip)]
-    pub yaw_keys: Keyframes,
     /// Light the subject by these lamps alone, without background: each with half of the energy of an even light.
     #[arg(long, value_name = "LAMP,…", value_delimiter = ',')]
     pub solo: Vec<String>,
     #[command(flatten)]
     pub lighting: Lighting,
-    /// Brightness in stops over the interview's frames, added to that of `lighting`.
+    /// Keys of any settings over the interview's frames, which take the place of their values.
     #[arg(skip)]
-    pub intensity_keys: Keyframes,
+    pub animation: Animation,
     #[command(flatten)]
     pub effects: Effects,
     /// Frames A to B, both included [default: all].
@@ -92,6 +91,73 @@ pub struct RelightSettings {
     /// Storage format of predicted OLATs.
     #[arg(long = "field", value_enum, default_value_t)]
     pub storage: Storage,
+}
+
+impl RelightSettings {
+    /// What frame `index` looks like, `share` of the way through the clip.
+    pub fn scene(&self, index: usize, share: f32, front: Front, output: Output) -> Scene {
+        let (mut yaw_deg, mut exposure_stops) = (self.yaw_deg, self.exposure_stops);
+        let (mut lighting, mut effects) = (self.lighting.clone(), self.effects);
+        let settings = Animated {
+            yaw_deg: &mut yaw_deg,
+            exposure_stops: &mut exposure_stops,
+            lighting: &mut lighting,
+            effects: &mut effects,
+        };
+        self.animation.apply(index as f64, settings);
+        if self.turntable {
+            yaw_deg += 360.0 * share;
+        }
+        Scene {
+            frame: index,
+            yaw_deg: front.turned(yaw_deg),
+            lighting,
+            effects,
+            exposure_stops,
+            background: match &self.solo[..] {
+                [] => self.background,
+                _ => Background::None,
+            },
+            output,
+        }
+    }
+
+    /// The effects, with each that has keys at its largest: what any frame of the clip may ask for.
+    fn largest_effects(&self) -> Effects {
+        let mut effects = self.effects;
+        for strength in STRENGTHS {
+            if self.animation.of(Setting::Effect(strength.pass)).is_some() {
+                *(strength.of)(&mut effects) = strength.most;
+            }
+        }
+        effects
+    }
+
+    /// # Errors
+    /// When a light that is not there has keys.
+    fn check_keys(&self) -> Result<()> {
+        let mut lanes = self.animation.lanes();
+        let lost = lanes.find(|(setting, _)| !setting.exists(&self.lighting));
+        let Some((lost, _)) = lost else {
+            return Ok(());
+        };
+        let numbers = self
+            .lighting
+            .placed
+            .iter()
+            .map(|light| light.id.to_string());
+        let numbers: Vec<String> = numbers.collect();
+        Err(Error::missing(
+            match &numbers[..] {
+                [] => format!("there are keys of {lost}, and no light"),
+                _ => format!(
+                    "there are keys of {lost}, and the lights have the numbers {}",
+                    numbers.join(", ")
+                ),
+            },
+            "Add the light, or take its keys out",
+        ))
+    }
 }
 
 /// The first and last frame, such as `5-12`, or one frame.
@@ -168,6 +234,7 @@ pub fn relight(
     let (first, last) = frame_range(project, settings.frames)?;
     let count = last - first + 1;
     check(&settings.files, &settings.files.to, count)?;
+    settings.check_keys()?;
     let (mut clip, mut writer) = Clip::open(project, settings, (first, last), progress)?;
     let started = Instant::now();
     let planned = clip.plan((first, last), &mut writer, progress)?;
@@ -314,7 +381,7 @@ impl<'a> Clip<'a> {
             light: None,
             solo,
             series: Series::default(),
-            output: writer.output(&settings.effects),
+            output: writer.output(&settings.largest_effects()),
             passes: Vec::new(),
             uncovered_energy: 0.0,
         };
@@ -335,7 +402,8 @@ impl<'a> Clip<'a> {
             .transpose()?;
         let mut planned = Vec::with_capacity(count);
         for frame in first..=last {
-            let scene = self.scene(frame, (frame - first) as f32 / count as f32);
+            let share = (frame - first) as f32 / count as f32;
+            let scene = settings.scene(frame, share, self.front, self.output);
             let made_of = provenance.as_ref().map_or(String::new(), |provenance| {
                 let picture = self.project.frame_picture(frame);
                 let matte = self.project.frame_matte(frame);
@@ -343,7 +411,7 @@ impl<'a> Clip<'a> {
             });
             let write = !writer.keeps_frame(frame, &made_of);
             // The first frame sets the level of all, and smoothing goes from frame to frame.
-            if write || frame == first || settings.effects.asks(Pass::Smoothing) {
+            if write || frame == first || settings.largest_effects().asks(Pass::Smoothing) {
                 planned.push(Plan {
                     frame,
                     scene,
@@ -363,33 +431,6 @@ impl<'a> Clip<'a> {
             planned.clear();
         }
         Ok(planned)
-    }
-
-    /// What frame `index` looks like, `share` of the way through the clip.
-    fn scene(&self, index: usize, share: f32) -> Scene {
-        let settings = self.settings;
-        let turn = if settings.turntable {
-            360.0 * share
-        } else {
-            0.0
-        };
-        let key = |keys: &Keyframes| keys.at(index as f64).unwrap_or(0.0) as f32;
-        let yaw_deg = settings.yaw_deg + turn + key(&settings.yaw_keys);
-        Scene {
-            frame: index,
-            yaw_deg: self.front.turned(yaw_deg),
-            lighting: Lighting {
-                intensity_stops: settings.lighting.intensity_stops + key(&settings.intensity_keys),
-                ..settings.lighting.clone()
-            },
-            effects: settings.effects,
-            exposure_stops: settings.exposure_stops,
-            background: match &self.solo[..] {
-                [] => settings.background,
-                _ => Background::None,
-            },
-            output: self.output,
-        }
     }
 
     /// Predicts and lights a frame; None if it is not to be written.
@@ -578,3 +619,7 @@ fn add_times(sums: &mut Vec<PassReport>, picture: &Picture) {
         pass.ms = pass.ms.zip(earlier).map(|(ms, earlier)| ms + earlier);
     }
 }
+
+#[cfg(test)]
+#[path = "relight_tests.rs"]
+mod tests;

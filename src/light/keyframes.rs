@@ -1,36 +1,23 @@
 //! Keyframes: a number over the frames of a clip, such as the environment's yaw or a light's intensity.
 
+mod key;
+#[cfg(test)]
+mod tests;
+
+pub use key::{Interpolation, Key};
+
 use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// How a value goes from a key to the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Interpolation {
-    /// Evenly.
-    Linear,
-    /// With no corners and no overshoot: between two keys it never leaves their values. The monotone
-    /// piecewise cubic of Fritsch and Carlson (SIAM J. Numer. Anal. 17, 1980), with the slopes of Fritsch and Butland
-    /// (SIAM J. Sci. Stat. Comput. 5, 1984): the weighted harmonic mean of the neighbouring slopes, and 0 at
-    /// peaks, valleys and ends.
-    #[default]
-    Smooth,
-}
-
-/// A value at a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Key {
-    /// The frame, which may lie between two.
-    pub frame: f64,
-    /// Values are interpolated as they are: a yaw from 0 to 720 turns twice.
-    pub value: f64,
-}
+/// The largest frame, value and slope of a key.
+const LARGEST: f64 = 1e9;
 
 /// Keys in the order of their frames, no two at one frame, all finite.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "File", into = "File")]
 pub struct Keyframes {
+    /// How values go on from keys that do not say it themselves.
     pub interpolation: Interpolation,
     keys: Vec<Key>,
 }
@@ -53,7 +40,7 @@ impl TryFrom<File> for Keyframes {
             keys: Vec::new(),
         };
         for key in file.keys {
-            keyframes.insert(key.frame, key.value)?;
+            keyframes.put(key)?;
         }
         Ok(keyframes)
     }
@@ -69,26 +56,69 @@ impl From<Keyframes> for File {
 }
 
 impl Keyframes {
+    /// No keys.
+    pub const NONE: Self = Self {
+        interpolation: Interpolation::Smooth,
+        keys: Vec::new(),
+    };
+
     /// The keys in the order of their frames.
     pub fn keys(&self) -> &[Key] {
         &self.keys
     }
 
-    /// Sets the value at a frame, replacing a key that is there. Returns the key's index.
+    /// The index of the key at a frame.
+    pub fn index_at(&self, frame: f64) -> Option<usize> {
+        self.keys.iter().position(|key| key.frame == frame)
+    }
+
+    /// Sets the value at a frame. A key that is there keeps its interpolation and its tangents; a new one goes on as the
+    /// curve does there. Returns the key's index.
     ///
     /// # Errors
     /// When a number is not finite or larger than 10⁹.
     pub fn insert(&mut self, frame: f64, value: f64) -> Result<usize> {
-        const LARGEST: f64 = 1e9;
-        if !(frame.abs() <= LARGEST && value.abs() <= LARGEST) {
+        let key = match self.index_at(frame) {
+            Some(index) => self.keys[index],
+            None => self.between(frame),
+        };
+        self.put(Key {
+            frame,
+            value,
+            ..key
+        })
+    }
+
+    /// How a new key at a frame goes on: as the key before it, and where that is Bézier with the curve's slope.
+    fn between(&self, frame: f64) -> Key {
+        let next = self.keys.partition_point(|key| key.frame <= frame);
+        let Some(before) = next.checked_sub(1) else {
+            return Key::default();
+        };
+        let cuts = next < self.keys.len() && self.kind(before) == Interpolation::Bezier;
+        let slope = cuts.then(|| self.bezier(before).slope(frame));
+        Key {
+            interpolation: self.keys[before].interpolation,
+            slope_in: slope,
+            slope_out: slope,
+            ..Key::default()
+        }
+    }
+
+    /// Adds a key, replacing one at its frame. Returns its index.
+    ///
+    /// # Errors
+    /// When a number is not finite or larger than 10⁹.
+    pub fn put(&mut self, key: Key) -> Result<usize> {
+        let Key { frame, value, .. } = key;
+        if !key.is_within(LARGEST) {
             return Err(Error::invalid(
                 format!(
-                    "a keyframe cannot be {value} at frame {frame}: neither may exceed 1000000000"
+                    "a keyframe cannot be {value} at frame {frame}: neither may exceed 1000000000, nor may its tangents"
                 ),
                 "Give smaller numbers",
             ));
         }
-        let key = Key { frame, value };
         let at = self.keys.partition_point(|other| other.frame < frame);
         match self.keys.get_mut(at).filter(|other| other.frame == frame) {
             Some(other) => *other = key,
@@ -105,21 +135,82 @@ impl Keyframes {
     /// Moves the key at `index` to another frame and value, replacing a key that is there. Returns its new index.
     ///
     /// # Errors
-    /// When there is no such key, or as [`Self::insert`]; nothing is moved then.
+    /// When there is no such key, or as [`Self::put`]; nothing is moved then.
     pub fn shift(&mut self, index: usize, frame: f64, value: f64) -> Result<usize> {
         let mut moved = self.clone();
-        moved.remove(index).ok_or_else(|| {
-            Error::missing(
-                format!(
-                    "there is no key {index} among {} keys, numbered from 0",
-                    self.keys.len()
-                ),
-                "Choose an existing key",
-            )
+        let key = moved.remove(index).ok_or_else(|| self.without_key(index))?;
+        let at = moved.put(Key {
+            frame,
+            value,
+            ..key
         })?;
-        let at = moved.insert(frame, value)?;
         *self = moved;
         Ok(at)
+    }
+
+    fn without_key(&self, index: usize) -> Error {
+        Error::missing(
+            format!(
+                "there is no key {index} among {} keys, numbered from 0",
+                self.keys.len()
+            ),
+            "Choose an existing key",
+        )
+    }
+
+    /// The same with `by` added to every value.
+    ///
+    /// # Errors
+    /// When a value becomes larger than 10⁹.
+    pub fn plus(&self, by: f64) -> Result<Self> {
+        let mut raised = Self {
+            interpolation: self.interpolation,
+            keys: Vec::new(),
+        };
+        for key in &self.keys {
+            raised.put(Key {
+                value: key.value + by,
+                ..*key
+            })?;
+        }
+        Ok(raised)
+    }
+
+    /// How the value goes on from the key at `index`; beyond the last one, as [`Self::interpolation`] says.
+    pub fn kind(&self, index: usize) -> Interpolation {
+        let own = self.keys.get(index).and_then(|key| key.interpolation);
+        own.unwrap_or(self.interpolation)
+    }
+
+    /// Sets how the value goes on from the key at `index`, if there is one.
+    pub fn set_kind(&mut self, index: usize, kind: Interpolation) {
+        let own = (kind != self.interpolation).then_some(kind);
+        if let Some(key) = self.keys.get_mut(index) {
+            key.interpolation = own;
+        }
+    }
+
+    /// The slopes with which a Bézier curve comes into the key at `index` and goes out of it, in values a frame; None if
+    /// there is no such key.
+    pub fn slopes(&self, index: usize) -> Option<[f64; 2]> {
+        let key = self.keys.get(index)?;
+        let automatic = self.slope(index);
+        Some([key.slope_in, key.slope_out].map(|slope| slope.unwrap_or(automatic)))
+    }
+
+    /// Sets these slopes by hand; None for automatic ones.
+    ///
+    /// # Errors
+    /// When there is no such key, or a slope is not finite or larger than 10⁹.
+    pub fn set_slopes(&mut self, index: usize, slopes: [Option<f64>; 2]) -> Result<()> {
+        let key = self.keys.get(index).copied();
+        let [slope_in, slope_out] = slopes;
+        self.put(Key {
+            slope_in,
+            slope_out,
+            ..key.ok_or_else(|| self.without_key(index))?
+        })?;
+        Ok(())
     }
 
     /// The value at a frame: before the first key that key's, after the last one that key's. `None` without keys; a
@@ -134,26 +225,38 @@ impl Keyframes {
             return Some(last.value);
         }
         let (a, b) = (self.keys[next - 1], self.keys[next]);
-        let span = b.frame - a.frame;
-        let t = (frame - a.frame) / span;
-        let linear = a.value + t * (b.value - a.value);
-        let value = match self.interpolation {
-            Interpolation::Linear => linear,
-            Interpolation::Smooth => {
-                let (from, to) = (self.slope(next - 1) * span, self.slope(next) * span);
-                // Hermite's cubic.
-                let (t2, t3) = (t * t, t * t * t);
-                (2.0 * t3 - 3.0 * t2 + 1.0) * a.value
-                    + (t3 - 2.0 * t2 + t) * from
-                    + (3.0 * t2 - 2.0 * t3) * b.value
-                    + (t3 - t2) * to
-            }
-        };
+        let linear = a.value + (frame - a.frame) / (b.frame - a.frame) * (b.value - a.value);
         // Rounding may overshoot the ends.
-        Some(value.clamp(a.value.min(b.value), a.value.max(b.value)))
+        let within = |value: f64| value.clamp(a.value.min(b.value), a.value.max(b.value));
+        let value = match self.kind(next - 1) {
+            Interpolation::Hold => a.value,
+            Interpolation::Linear => within(linear),
+            Interpolation::Smooth => within(self.smooth(next - 1).value(frame)),
+            Interpolation::Bezier => self.bezier(next - 1).value(frame),
+        };
+        // Keys that almost coincide can have slopes that no number holds.
+        Some(if value.is_finite() { value } else { linear })
     }
 
-    /// The slope at a key, in values a frame.
+    /// The curve from the key at `index` to the next with the slopes of [`Interpolation::Smooth`].
+    fn smooth(&self, index: usize) -> Cubic {
+        Cubic {
+            ends: [self.keys[index], self.keys[index + 1]],
+            slopes: [self.slope(index), self.slope(index + 1)],
+        }
+    }
+
+    /// The same with the slopes that are set by hand, where they are.
+    fn bezier(&self, index: usize) -> Cubic {
+        let mut cubic = self.smooth(index);
+        let [a, b] = cubic.ends;
+        for (slope, own) in cubic.slopes.iter_mut().zip([a.slope_out, b.slope_in]) {
+            *slope = own.unwrap_or(*slope);
+        }
+        cubic
+    }
+
+    /// The automatic slope at a key, in values a frame.
     fn slope(&self, index: usize) -> f64 {
         if index == 0 || index + 1 == self.keys.len() {
             return 0.0;
@@ -166,6 +269,42 @@ impl Keyframes {
         }
         let (w1, w2) = (2.0 * after + before, after + 2.0 * before);
         (w1 + w2) / (w1 / into + w2 / out)
+    }
+}
+
+/// Hermite's cubic between two keys.
+struct Cubic {
+    ends: [Key; 2],
+    /// Where it begins and ends, in values a frame.
+    slopes: [f64; 2],
+}
+
+impl Cubic {
+    fn value(&self, frame: f64) -> f64 {
+        let [a, b] = self.ends;
+        let span = b.frame - a.frame;
+        let t = (frame - a.frame) / span;
+        let [from, to] = self.slopes.map(|slope| slope * span);
+        let (t2, t3) = (t * t, t * t * t);
+        (2.0 * t3 - 3.0 * t2 + 1.0) * a.value
+            + (t3 - 2.0 * t2 + t) * from
+            + (3.0 * t2 - 2.0 * t3) * b.value
+            + (t3 - t2) * to
+    }
+
+    /// Its slope at a frame, within [`LARGEST`].
+    fn slope(&self, frame: f64) -> f64 {
+        let [a, b] = self.ends;
+        let [from, to] = self.slopes;
+        let span = b.frame - a.frame;
+        let t = (frame - a.frame) / span;
+        let slope = 6.0 * t * (1.0 - t) * (b.value - a.value) / span
+            + (1.0 - t) * (1.0 - 3.0 * t) * from
+            + t * (3.0 * t - 2.0) * to;
+        match slope.is_finite() {
+            true => slope.clamp(-LARGEST, LARGEST),
+            false => 0.0,
+        }
     }
 }
 
@@ -183,155 +322,5 @@ impl FromStr for Keyframes {
                 .map_err(|e| e.to_string())?;
         }
         Ok(keys)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn keyframes(keys: &[(f64, f64)], interpolation: Interpolation) -> Keyframes {
-        let mut keyframes = Keyframes {
-            interpolation,
-            ..Keyframes::default()
-        };
-        for &(frame, value) in keys {
-            keyframes.insert(frame, value).unwrap();
-        }
-        keyframes
-    }
-
-    fn any_keys() -> impl Strategy<Value = Keyframes> {
-        let keys = proptest::collection::vec((-500.0f64..500.0, -1000.0f64..1000.0), 1..12);
-        (keys, any::<bool>()).prop_map(|(keys, smooth)| {
-            let kind = if smooth {
-                Interpolation::Smooth
-            } else {
-                Interpolation::Linear
-            };
-            keyframes(&keys, kind)
-        })
-    }
-
-    proptest! {
-        #[test]
-        fn keys_are_passed_through(keys in any_keys()) {
-            for key in keys.keys() {
-                prop_assert!((keys.at(key.frame).unwrap() - key.value).abs() < 1e-9);
-            }
-        }
-
-        #[test]
-        fn nothing_overshoots(keys in any_keys(), t in 0.0f64..1.0) {
-            for pair in keys.keys().windows(2) {
-                let value = keys.at(pair[0].frame + t * (pair[1].frame - pair[0].frame)).unwrap();
-                let (low, high) = (pair[0].value.min(pair[1].value), pair[0].value.max(pair[1].value));
-                prop_assert!((low..=high).contains(&value), "{value} between {low} and {high}");
-            }
-        }
-
-        #[test]
-        fn between_two_keys_a_value_only_rises_or_only_falls(keys in any_keys()) {
-            for pair in keys.keys().windows(2) {
-                let sign = (pair[1].value - pair[0].value).signum();
-                let at = |i: i32| {
-                    keys.at(pair[0].frame + f64::from(i) / 50.0 * (pair[1].frame - pair[0].frame)).unwrap()
-                };
-                for i in 0..50 {
-                    prop_assert!(sign * (at(i + 1) - at(i)) >= -1e-9);
-                }
-            }
-        }
-
-        #[test]
-        fn before_the_first_and_after_the_last_nothing_moves(keys in any_keys(), by in 0.0f64..1e6) {
-            let (first, last) = (keys.keys()[0], *keys.keys().last().unwrap());
-            prop_assert_eq!(keys.at(first.frame - by), Some(first.value));
-            prop_assert_eq!(keys.at(last.frame + by), Some(last.value));
-        }
-
-        #[test]
-        fn every_frame_has_a_number(keys in any_keys(), frame in any::<f64>()) {
-            prop_assert!(keys.at(frame).unwrap().is_finite());
-        }
-
-        #[test]
-        fn keys_stay_in_order(keys in any_keys(), index in 0usize..12, frame in -500.0f64..500.0) {
-            let mut moved = keys.clone();
-            let index = index % keys.keys().len();
-            let at = moved.shift(index, frame, 7.0).unwrap();
-            prop_assert_eq!(moved.keys()[at], Key { frame, value: 7.0 });
-            prop_assert!(moved.keys().windows(2).all(|pair| pair[0].frame < pair[1].frame));
-            prop_assert_eq!(moved.remove(at).unwrap().frame, frame);
-            prop_assert_eq!(moved.keys().len(), keys.keys().len() - 1);
-        }
-
-        #[test]
-        fn keyframes_survive_their_file(keys in any_keys()) {
-            let text = toml::to_string(&keys).unwrap();
-            prop_assert_eq!(toml::from_str::<Keyframes>(&text).unwrap(), keys);
-        }
-    }
-
-    #[test]
-    fn a_yaw_from_0_to_720_turns_twice() {
-        for kind in [Interpolation::Linear, Interpolation::Smooth] {
-            let keys = keyframes(&[(0.0, 0.0), (100.0, 720.0)], kind);
-            assert_eq!(keys.at(50.0), Some(360.0));
-        }
-        let linear = keyframes(&[(0.0, 350.0), (10.0, 10.0)], Interpolation::Linear);
-        assert_eq!(linear.at(5.0), Some(180.0));
-    }
-
-    #[test]
-    fn a_steady_turn_through_three_keys_stays_steady_in_the_middle() {
-        let keys = keyframes(
-            &[(0.0, 0.0), (10.0, 30.0), (20.0, 60.0)],
-            Interpolation::Smooth,
-        );
-        let slope = (keys.at(10.001).unwrap() - keys.at(9.999).unwrap()) / 0.002;
-        assert!((slope - 3.0).abs() < 1e-3, "{slope}");
-        // It sets out and arrives at rest.
-        assert!(keys.at(0.1).unwrap() < 0.03);
-    }
-
-    #[test]
-    fn an_extreme_is_flat_and_equal_keys_hold() {
-        let keys = keyframes(
-            &[(0.0, 0.0), (5.0, 8.0), (9.0, 8.0), (12.0, 1.0)],
-            Interpolation::Smooth,
-        );
-        for frame in [5.0, 6.3, 8.9] {
-            assert_eq!(keys.at(frame), Some(8.0));
-        }
-    }
-
-    #[test]
-    fn without_keys_there_is_no_value_and_nan_is_refused() {
-        let mut keys = Keyframes::default();
-        assert_eq!(keys.at(3.0), None);
-        assert!(keys.insert(f64::NAN, 0.0).is_err() && keys.insert(0.0, f64::INFINITY).is_err());
-        keys.insert(4.0, 1.0).unwrap();
-        keys.insert(4.0, 2.0).unwrap();
-        assert_eq!(
-            keys.keys(),
-            [Key {
-                frame: 4.0,
-                value: 2.0
-            }]
-        );
-        assert!(keys.shift(1, 0.0, 0.0).is_err() && keys.shift(0, f64::NAN, 0.0).is_err());
-        assert_eq!((keys.at(f64::NAN), keys.at(-1e300)), (Some(2.0), Some(2.0)));
-        assert!(toml::from_str::<Keyframes>("keys = [{ frame = nan, value = 1.0 }]").is_err());
-    }
-
-    #[test]
-    fn keys_are_read_or_refused() {
-        let keys: Keyframes = "0:0, 24:-90.5".parse().unwrap();
-        assert_eq!((keys.keys().len(), keys.at(24.0)), (2, Some(-90.5)));
-        for text in ["", "3", "a:1", "1:nan", "1:2,"] {
-            assert!(text.parse::<Keyframes>().is_err(), "{text}");
-        }
     }
 }

@@ -7,6 +7,7 @@ use base::numbers::{ANGLES, within};
 use glam::Quat;
 use imaging::{Image, color::luminance};
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 
 /// How an environment is changed before it lights the subject, besides its yaw. The default changes nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
@@ -112,9 +113,30 @@ impl Lighting {
         solo.map(|(i, light)| light.title(i)).collect()
     }
 
+    /// Gives each light that has no [`PlacedLight::id`], or that of one before it, the smallest that is free.
+    pub fn number_lights(&mut self) {
+        let mut taken = HashSet::new();
+        for light in &mut self.placed {
+            if !taken.insert(light.id) {
+                light.id = 0;
+            }
+        }
+        let mut free = (1..).filter(|id| !taken.contains(id));
+        for light in self.placed.iter_mut().filter(|light| light.id == 0) {
+            light.id = free.next().unwrap_or_default();
+        }
+    }
+
+    /// The smallest number that no light has.
+    fn free_id(&self) -> u32 {
+        let taken: HashSet<u32> = self.placed.iter().map(|light| light.id).collect();
+        (1..).find(|id| !taken.contains(id)).unwrap_or(u32::MAX)
+    }
+
     /// A light to add: a softbox, solo if others are, so that it is seen.
     pub fn another_light(&self) -> PlacedLight {
         PlacedLight {
+            id: self.free_id(),
             solo: self.is_solo(),
             ..PlacedLight::default()
         }
@@ -370,6 +392,27 @@ mod tests {
         for (a, b) in here.iter().zip(added(&mut lit, 77.0)) {
             assert!((a - b).abs() < 1e-3, "{a} became {b}");
         }
+    }
+
+    #[test]
+    fn each_light_gets_a_number_of_its_own_and_keeps_it() {
+        let numbered = |ids: &[u32]| {
+            let light = |&id: &u32| PlacedLight {
+                id,
+                ..PlacedLight::default()
+            };
+            let mut lighting = Lighting {
+                placed: ids.iter().map(light).collect(),
+                ..Lighting::default()
+            };
+            lighting.number_lights();
+            let ids: Vec<u32> = lighting.placed.iter().map(|light| light.id).collect();
+            (ids, lighting.another_light().id)
+        };
+        assert_eq!(numbered(&[]), (vec![], 1));
+        assert_eq!(numbered(&[0, 0]), (vec![1, 2], 3));
+        assert_eq!(numbered(&[2, 0, 2, 5, 0]), (vec![2, 1, 3, 5, 4], 6));
+        assert_eq!(numbered(&[3, u32::MAX]), (vec![3, u32::MAX], 1));
     }
 
     #[test]

@@ -28,6 +28,9 @@ pub enum Kind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PlacedLight {
+    /// Tells it from the other lights, wherever it stands among them; 0 until [`super::Lighting::number_lights`].
+    #[serde(skip_serializing_if = "is_none")]
+    pub id: u32,
     pub kind: Kind,
     /// Azimuth in degrees, any number of turns: 0 is behind the subject in the middle of the panorama, +90
     /// camera-right, −90 camera-left, ±180 the camera.
@@ -53,10 +56,16 @@ pub struct PlacedLight {
     pub name: String,
 }
 
+/// Whether a light has no number yet.
+fn is_none(id: &u32) -> bool {
+    *id == 0
+}
+
 impl Default for PlacedLight {
     /// A neutral softbox of 25° at 45° to the camera's left and above, with which white facing it is 1.
     fn default() -> Self {
         Self {
+            id: 0,
             kind: Kind::Area,
             yaw_deg: -135.0,
             pitch_deg: 45.0,
@@ -206,6 +215,7 @@ mod tests {
                     radius_deg,
                     color: [1.0, 0.5, 0.0],
                     intensity,
+                    id: kind as u32,
                     solo: kind == 1,
                     name: ["", "Key", "Rim \"2\""][kind].to_owned(),
                     ..PlacedLight::default()

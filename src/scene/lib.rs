@@ -1,10 +1,14 @@
 //! A scene: everything one picture asks for, as plain data.
 
+mod animation;
 mod forced;
 mod pass;
+mod setting;
 
+pub use animation::Animation;
 pub use forced::Forced;
 pub use pass::{Effects, Pass, STRENGTHS, Strength};
+pub use setting::{Animated, LightSetting, Setting, Unit};
 
 use light::Lighting;
 use serde::{Deserialize, Serialize};

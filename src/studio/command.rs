@@ -4,7 +4,6 @@
 use super::comparison::{CellPicture, CompareSettings};
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
-use super::keyframed::Keyframed;
 use super::layout::{Pane, Workspace};
 use super::look::Group;
 use super::region::Region;
@@ -17,9 +16,9 @@ use footage::{BrushSide, Stroke};
 use glam::Vec3;
 use light::Lighting;
 use light::conventions::Front;
-use light::keyframes::Interpolation;
+use light::keyframes::Keyframes;
 use project::Framing;
-use scene::{Background, Effects, Inspection};
+use scene::{Background, Effects, Inspection, Setting};
 use std::path::PathBuf;
 use tradeoff::TradeoffSettings;
 use worker::Need;
@@ -59,20 +58,9 @@ pub enum LookCommand {
     /// Which way is front in the file of this entry; None if not known.
     Front(usize, Option<Front>),
     /// Set a key at the current frame, or remove the one that is there.
-    ToggleKey(Keyframed),
-    /// Move a key, by its index, to another frame; it replaces a key that is there.
-    MoveKey {
-        of: Keyframed,
-        index: usize,
-        frame: usize,
-    },
-    /// Remove a key by its index.
-    RemoveKey {
-        of: Keyframed,
-        index: usize,
-    },
-    /// How values go from key to key.
-    Interpolate(Keyframed, Interpolation),
+    ToggleKey(Setting),
+    /// Give settings these keys in place of their own.
+    Keys(Vec<(Setting, Keyframes)>),
     /// Turn the environment to this yaw in degrees.
     Yaw(f32),
     /// Turn the environment by this many degrees.

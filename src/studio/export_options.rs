@@ -1,7 +1,6 @@
 //! What the next export is to be.
 
 use super::environment_library::PanoramaState;
-use super::keyframed::Keyframed;
 use super::look::LookSettings;
 use super::status::Phase;
 use compositor::Storage;
@@ -9,7 +8,7 @@ use export::relight::RelightSettings;
 use export::{Existing, ExrSettings, Files, Format, OutputSpace};
 use footage::PictureSize;
 use gpu::DeviceChoice;
-use light::{Environment, Lighting};
+use light::Environment;
 use project::Project;
 use scene::{Background, Effects, Inspection};
 use std::path::{Path, PathBuf};
@@ -146,22 +145,16 @@ impl ExportOptions {
     ) -> RelightSettings {
         let lamp = |lamp: &usize| project.settings.shoot.lamps.get(*lamp).cloned();
         let solo = solo.iter().filter_map(lamp).collect();
-        // With keyframes the value is that of the current frame, and is left out.
-        let free = |of, value| if look.is_keyed(of) { 0.0 } else { value };
         RelightSettings {
             environment: PathBuf::from(&environment.name),
             read: Some(environment),
             front: Some(look.front()),
             mapping: None,
-            yaw_deg: free(Keyframed::Yaw, look.yaw_deg),
+            yaw_deg: look.yaw_deg,
             turntable: false,
             solo,
-            yaw_keys: look.yaw_keys.clone(),
-            lighting: Lighting {
-                intensity_stops: free(Keyframed::Intensity, look.lighting.intensity_stops),
-                ..look.lighting.clone()
-            },
-            intensity_keys: look.intensity_keys.clone(),
+            lighting: look.lighting.clone(),
+            animation: look.animation.clone(),
             effects: Effects {
                 // Channels are only for viewing.
                 inspection: Inspection::Picture,
@@ -219,6 +212,11 @@ impl Default for ExportOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::command::{LookCommand, ViewCommand};
+    use crate::state::State;
+    use light::PlacedLight;
+    use light::keyframes::{Interpolation, Keyframes};
+    use scene::{LightSetting, Output, STRENGTHS, Setting};
 
     fn named(name: &str, format: Format) -> ExportOptions {
         ExportOptions {
@@ -256,6 +254,61 @@ mod tests {
         assert_eq!(found, Some("/film/looks/warm.cube".into()));
         options.table.clear();
         assert_eq!(options.table(Path::new("/film")), None);
+    }
+
+    #[test]
+    fn every_frame_is_exported_as_it_is_shown() {
+        let mut project = Project::without_shoot(Path::new("/film"));
+        let names: Vec<String> = (0..12).map(|i| i.to_string()).collect();
+        project.settings.shoot.frames = names.into();
+        let mut s = State::new(12, 24.0);
+        s.change(LookCommand::Yaw(170.0));
+        let mut lighting = s.look.lighting.clone();
+        lighting.placed = vec![PlacedLight::default(); 2];
+        s.change(LookCommand::Lighting(Box::new(lighting)));
+        let effects = STRENGTHS.iter().map(|s| Setting::Effect(s.pass));
+        let lights = LightSetting::ALL.map(|(setting, ..)| Setting::Light(2, setting));
+        let settings = [
+            Setting::Yaw,
+            Setting::Pitch,
+            Setting::Roll,
+            Setting::BackgroundYaw,
+            Setting::Intensity,
+            Setting::Temperature,
+            Setting::Tint,
+            Setting::Exposure,
+        ];
+        let settings = settings.into_iter().chain(effects).chain(lights);
+        let lanes = settings.enumerate().map(|(i, of)| {
+            let range = of.range();
+            let share = |share: f64| {
+                let (least, most) = (f64::from(*range.start()), f64::from(*range.end()));
+                least + share * (most - least)
+            };
+            let mut keys = Keyframes::default();
+            for (frame, value) in [(0.0, 0.3), (4.0, 0.9), (7.5, 0.1), (11.0, 0.6)] {
+                let at = keys.insert(frame, share(value)).unwrap();
+                keys.set_kind(at, Interpolation::ALL[(at + i) % 4].0);
+            }
+            keys.set_slopes(1, [Some(2.0), Some(-share(0.7))]).unwrap();
+            (of, keys)
+        });
+        s.change(LookCommand::Keys(lanes.collect()));
+        let environment = light::built_in::named("nave").unwrap().environment();
+        for added_at in [0, 7] {
+            s.show(ViewCommand::Frame(added_at));
+            let options = ExportOptions::default();
+            let cpu = DeviceChoice::Cpu;
+            let asked = options.settings(&project, &s.look, &[], environment.clone(), cpu);
+            let mut shown = Vec::new();
+            for frame in 0..12 {
+                s.show(ViewCommand::Frame(frame));
+                let exported = asked.scene(frame, 0.5, asked.front.unwrap(), Output::Display);
+                assert_eq!(exported, s.scene(), "frame {frame}");
+                assert!(!shown.contains(&(exported.lighting.clone(), exported.effects)));
+                shown.push((exported.lighting, exported.effects));
+            }
+        }
     }
 
     #[test]

@@ -10,6 +10,8 @@ pub const TABS_HEIGHT: f32 = 24.0;
 pub const BORDER: f32 = 2.0;
 /// Height in points of timeline and log: the ruler fits, and three lines of the log.
 const BELOW: f32 = 112.0;
+/// The same where light is animated: several lanes fit, or a curve.
+const LANES: f32 = 184.0;
 /// Smallest width and height of the main pane in points.
 const LEAST: f32 = 120.0;
 
@@ -205,7 +207,7 @@ impl Workspace {
                 let middle = divided(
                     &mut tiles,
                     LinearDir::Vertical,
-                    &[(main, 0.0), (below, BELOW)],
+                    &[(main, 0.0), (below, LANES)],
                 );
                 let columns = [(left, 208.0), (middle, 0.0), (right, 284.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)

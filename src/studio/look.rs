@@ -7,12 +7,10 @@ mod keyframes;
 pub use groups::Group;
 
 use super::environment_list::ListedEnvironment;
-use super::keyframed::Keyframed;
 use super::training::TrainChoice;
 use calibration::{Circle, Trial};
 use light::Lighting;
-use light::keyframes::Keyframes;
-use scene::{Background, EXPOSURE_STOPS, Effects, Inspection};
+use scene::{Animation, Background, EXPOSURE_STOPS, Effects, Inspection, Setting};
 use std::sync::Arc;
 
 /// The settings that can be undone.
@@ -22,12 +20,10 @@ pub struct LookSettings {
     pub environments: Arc<Vec<ListedEnvironment>>,
     /// Entry of the list.
     pub environment: usize,
-    /// From −180 (exclusive) to 180 degrees; with keys, their value at the current frame.
+    /// Keys of settings over the frames of the interview. A setting with keys has their value at the current frame.
+    pub animation: Animation,
+    /// From −180 (exclusive) to 180 degrees; with keys, any number of turns.
     pub yaw_deg: f32,
-    /// Yaws over the frames of the interview.
-    pub yaw_keys: Keyframes,
-    /// Stops over the frames of the interview; with keys, `lighting` has their value at the current frame.
-    pub intensity_keys: Keyframes,
     pub exposure_stops: f32,
     pub lighting: Lighting,
     pub effects: Effects,
@@ -61,7 +57,7 @@ impl LookSettings {
         if !degrees.is_finite() {
             return;
         }
-        self.yaw_deg = match self.is_keyed(Keyframed::Yaw) {
+        self.yaw_deg = match self.is_keyed(Setting::Yaw) {
             true => degrees,
             false => 180.0 - (180.0 - degrees).rem_euclid(360.0),
         };

@@ -6,7 +6,7 @@ use base::files;
 use light::Lighting;
 use light::keyframes::Keyframes;
 use project::Project;
-use scene::{Background, Effects};
+use scene::{Animation, Background, Effects, Setting};
 use serde::{Deserialize, Serialize};
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -18,8 +18,13 @@ pub struct SavedLook {
     /// The environment's name in the list.
     environment: String,
     yaw_deg: f32,
+    /// Keys as files had them before every setting could have some: they are read, and never written.
+    #[serde(skip_serializing)]
     yaw_keys: Keyframes,
+    #[serde(skip_serializing)]
     intensity_keys: Keyframes,
+    /// Keys by the names of their settings.
+    keys: Animation,
     exposure_stops: f32,
     lighting: Lighting,
     effects: Effects,
@@ -38,8 +43,9 @@ impl SavedLook {
         Self {
             environment: shown.map_or(String::new(), |listed| listed.name.clone()),
             yaw_deg: look.yaw_deg,
-            yaw_keys: look.yaw_keys.clone(),
-            intensity_keys: look.intensity_keys.clone(),
+            yaw_keys: Keyframes::NONE,
+            intensity_keys: Keyframes::NONE,
+            keys: look.animation.clone(),
             exposure_stops: look.exposure_stops,
             lighting: look.lighting.clone(),
             effects: look.effects,
@@ -79,13 +85,21 @@ impl SavedLook {
     pub fn apply(self, look: &mut LookSettings) {
         let place = (look.environments.iter()).position(|listed| listed.name == self.environment);
         look.environment = place.unwrap_or(look.environment);
-        look.yaw_keys = self.yaw_keys;
-        look.intensity_keys = self.intensity_keys;
+        look.animation = self.keys;
+        for (setting, keys) in [
+            (Setting::Yaw, self.yaw_keys),
+            (Setting::Intensity, self.intensity_keys),
+        ] {
+            if !look.is_keyed(setting) {
+                look.animation.set(setting, keys);
+            }
+        }
         look.turn_to(self.yaw_deg);
         look.expose(self.exposure_stops);
         look.lighting = self.lighting;
         look.effects = self.effects.bounded();
         look.background = self.background;
+        look.number_lights();
         look.follow(0);
     }
 
@@ -107,7 +121,6 @@ mod crash_tests;
 #[cfg(test)]
 mod tests {
     use super::super::command::{LookCommand, ViewCommand};
-    use super::super::keyframed::Keyframed;
     use super::super::state::State;
     use super::*;
     use test_support::small_disk::names;
@@ -129,7 +142,7 @@ mod tests {
         assert_eq!(other.look, state.look);
 
         // With keys it was saved at the last frame and is shown at the first.
-        state.change(LookCommand::ToggleKey(Keyframed::Yaw));
+        state.change(LookCommand::ToggleKey(Setting::Yaw));
         state.show(ViewCommand::LastFrame);
         state.change(LookCommand::Yaw(90.0));
         SavedLook::of(&state.look).apply(&mut other.look);
@@ -139,6 +152,28 @@ mod tests {
         let read = SavedLook::load(&project, true).unwrap().unwrap();
         read.apply(&mut other.look);
         assert_eq!((other.look.exposure_stops, other.look.yaw_deg), (10.0, 0.0));
+
+        // Keys as files had them before every setting could have some, and of a light that is gone.
+        let old = r#"{"yaw_keys": {"keys": [{"frame": 0, "value": 10}, {"frame": 8, "value": 30}]},
+            "intensity_keys": {"interpolation": "linear", "keys": [{"frame": 4, "value": 1.5}]},
+            "keys": {"lights.4.yaw": {"keys": [{"frame": 0, "value": 10}]}},
+            "lighting": {"placed": [{"yaw_deg": 20}]}}"#;
+        std::fs::write(SavedLook::path(&project), old).unwrap();
+        let read = SavedLook::load(&project, true).unwrap().unwrap();
+        read.apply(&mut other.look);
+        let keyed: Vec<Setting> = other.look.animation.lanes().map(|(of, _)| of).collect();
+        assert_eq!(keyed, [Setting::Yaw, Setting::Intensity]);
+        assert_eq!(other.look.yaw_deg, 10.0);
+        assert_eq!(other.look.lighting.intensity_stops, 1.5);
+        assert_eq!(other.look.lighting.placed[0].id, 1);
+        let text = SavedLook::of(&other.look).text();
+        assert!(
+            !text.contains("yaw_keys") && text.contains("\"yaw\": {"),
+            "{text}"
+        );
+        let mut again = State::new(10, 24.0);
+        SavedLook::of_text(&text).unwrap().apply(&mut again.look);
+        assert_eq!(again.look, other.look);
 
         std::fs::write(SavedLook::path(&project), "half a f").unwrap();
         // Another window's file stays where it is.

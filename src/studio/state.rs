@@ -9,7 +9,7 @@ use super::look::LookSettings;
 use super::region::Region;
 use evaluation::review::Metric;
 use project::Project;
-use scene::{Inspection, Output, Scene};
+use scene::{Inspection, Output, Scene, Setting};
 use std::mem::{Discriminant, discriminant, replace};
 use worker::Origin;
 
@@ -292,7 +292,9 @@ impl State {
             LookCommand::Redo => return self.travel(false),
             LookCommand::ResetView => {
                 self.view = View::FITTED;
-                look.exposure_stops = 0.0;
+                if !look.is_keyed(Setting::Exposure) {
+                    look.exposure_stops = 0.0;
+                }
             }
             LookCommand::Environment(entry) => look.light_by(entry),
             LookCommand::StepEnvironment(step) => look.step_environment(step),
@@ -300,9 +302,7 @@ impl State {
             LookCommand::RemoveEnvironment(entry) => look.remove(entry),
             LookCommand::Front(entry, front) => look.set_front(entry, front),
             LookCommand::ToggleKey(of) => look.toggle_key(of, self.frame),
-            LookCommand::MoveKey { of, index, frame } => look.move_key(of, index, frame),
-            LookCommand::RemoveKey { of, index } => look.remove_key(of, index),
-            LookCommand::Interpolate(of, interpolation) => look.interpolate(of, interpolation),
+            LookCommand::Keys(lanes) => look.set_lanes(lanes),
             LookCommand::Yaw(degrees) => look.turn_to(degrees),
             LookCommand::Turn(degrees) => look.turn_to(look.yaw_deg + degrees),
             LookCommand::Exposure(stops) => look.expose(stops),
@@ -317,6 +317,7 @@ impl State {
             LookCommand::Training(choice) => look.training = Some(choice),
             LookCommand::Reset(group) => look.restore(group),
         }
+        look.number_lights();
         look.set_keys(&self.look, self.frame);
         look.follow(self.frame);
         if look != self.look {

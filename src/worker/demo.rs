@@ -11,11 +11,10 @@ use export::relight::{RelightReport, RelightSettings, relight};
 use footage::{ImportSettings, PictureSize, dimensions, import};
 use gpu::DeviceChoice;
 use light::Lighting;
-use light::keyframes::Keyframes;
 use light::weights::Weighting;
 use project::{Framing, Project};
 use reflectance::checkpoint::{DEMO_STARTER, install};
-use scene::{Background, Effects};
+use scene::{Animation, Background, Effects};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -131,9 +130,8 @@ pub fn run(
             yaw_deg: 0.0,
             turntable: true,
             solo: Vec::new(),
-            yaw_keys: Keyframes::default(),
             lighting: Lighting::default(),
-            intensity_keys: Keyframes::default(),
+            animation: Animation::default(),
             effects: Effects::default(),
             frames: None,
             exposure_stops: 0.0,

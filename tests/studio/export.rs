@@ -1,21 +1,23 @@
 //! Exports, asked for with the mouse and with keys alone, on a network that was trained for seconds.
 
-use super::{Window, clay_window, snapshot, told_job, until, until_labelled, until_shown, window};
+use super::{
+    Window, clay_window, drag, scroll_to, snapshot, told_job, until, until_labelled, until_shown,
+    window,
+};
 use afterlight::Error;
 use afterlight::compositor::Storage;
 use afterlight::export::relight::{RelightSettings, relight};
 use afterlight::export::{Files, rebuilt};
 use afterlight::gpu::DeviceChoice;
 use afterlight::light::Lighting;
-use afterlight::light::keyframes::Keyframes;
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
-use afterlight::scene::{Background, Effects};
+use afterlight::scene::{Animation, Background, Effects};
 use afterlight::studio::StudioApp;
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::worker::{ExportStatus, WrittenExport};
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers};
+use egui::{Event, Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -305,9 +307,8 @@ fn settings(to: String) -> RelightSettings {
         yaw_deg: 30.0,
         turntable: false,
         solo: Vec::new(),
-        yaw_keys: Keyframes::default(),
         lighting: Lighting::default(),
-        intensity_keys: Keyframes::default(),
+        animation: Animation::default(),
         effects: Effects::default(),
         frames: None,
         exposure_stops: 1.0,
@@ -649,6 +650,72 @@ fn a_lamp_alone_is_exported_as_it_is_shown() {
             .contains("there is no lamp \"no such\": the lamps are olat_00"),
         "{refused}"
     );
+}
+
+/// Goes to a frame and waits for its picture.
+fn go(window: &mut Window, key: Key, frame: usize) {
+    window.key_press(key);
+    until(window, "the frame", |app| app.state().frame == frame);
+    until_shown(window);
+}
+
+#[test]
+fn every_frame_of_an_animation_is_exported_as_it_is_shown() {
+    let (mut window, root, _folder) = opened();
+    window.key_press(Key::K);
+    for setting in ["Pitch", "Temperature", "Vignette", "Exposure"] {
+        let diamond = format!("{setting} key at this frame");
+        scroll_to(&mut window, &diamond);
+        window.get_by_label(&diamond).click();
+        window.run_steps(2);
+    }
+    go(&mut window, Key::End, 3);
+    press(&mut window, Key::E);
+    for setting in ["Yaw", "Pitch", "Temperature", "Vignette"] {
+        let lane = format!("{setting} lane");
+        let value = window.get_by_role_and_label(Role::SpinButton, &lane);
+        let from = value.rect().center();
+        let to = from + egui::vec2(60.0, 0.0);
+        drag(
+            &mut window,
+            from,
+            to,
+            PointerButton::Primary,
+            Modifiers::NONE,
+        );
+    }
+    let look = &window.state().state().look;
+    let keys: Vec<usize> = (look.animation.lanes())
+        .map(|(_, keys)| keys.keys().len())
+        .collect();
+    assert_eq!(keys, [2; 5], "{:?}", look.animation);
+    let mut shown = Vec::new();
+    for (key, frame) in [
+        (Key::Home, 0),
+        (Key::ArrowRight, 1),
+        (Key::ArrowRight, 2),
+        (Key::End, 3),
+    ] {
+        go(&mut window, key, frame);
+        shown.push(window.state().relit().unwrap().clone());
+    }
+    assert!(
+        shown
+            .windows(2)
+            .all(|pair| pair[0].scene.yaw_deg < pair[1].scene.yaw_deg)
+    );
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    type_name(&mut window, "exports/moving");
+    window.get_by_label("Add to queue").click();
+    until_exported(&mut window, 1);
+    for (frame, shown) in shown.iter().enumerate() {
+        let file = root.join(format!("exports/moving.{frame:04}.png"));
+        let file = image::open(file).unwrap().into_rgb8();
+        let off = file.as_raw().iter().zip(&shown.rgb);
+        let off = off.map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+        assert!(off <= 1, "frame {frame} is off by {off} codes");
+    }
 }
 
 #[test]

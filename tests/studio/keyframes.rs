@@ -1,11 +1,16 @@
-//! Keys of yaw and intensity: set, gone through, moved and removed; and what else the keyboard moves.
+//! Keys of settings: set, gone through, moved, copied, shaped and removed; and what else the keyboard moves.
 
-use super::{MIDDLE, Window, clay, clay_window, drag, picture, scroll_to, until, until_shown};
-use afterlight::studio::{Keyframed, StudioApp};
-use egui::{Key, Modifiers, PointerButton, vec2};
+use super::{
+    MIDDLE, Window, clay, clay_window, drag, picture, scroll_to, snapshot, until, until_shown,
+};
+use afterlight::light::keyframes::Interpolation;
+use afterlight::scene::{LightSetting, Pass, Setting};
+use afterlight::studio::StudioApp;
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers, OutputCommand, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 
-fn frames(app: &StudioApp, of: Keyframed) -> Vec<f64> {
+fn frames(app: &StudioApp, of: Setting) -> Vec<f64> {
     let keys = app.state().look.keys(of).keys();
     keys.iter().map(|key| key.frame).collect()
 }
@@ -23,7 +28,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     let last = clay::FRAMES - 1;
     window.key_press(Key::K);
     window.run_steps(2);
-    assert_eq!(frames(window.state(), Keyframed::Yaw), [0.0]);
+    assert_eq!(frames(window.state(), Setting::Yaw), [0.0]);
     go(&mut window, Key::End, last);
     let right = MIDDLE + vec2(200.0, 0.0);
     drag(
@@ -33,7 +38,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
         PointerButton::Primary,
         Modifiers::NONE,
     );
-    assert_eq!(frames(window.state(), Keyframed::Yaw), [0.0, last as f64]);
+    assert_eq!(frames(window.state(), Setting::Yaw), [0.0, last as f64]);
     window.get_by_label_contains(&format!(
         "Yaw is animated: changes set a key at frame {last}."
     ));
@@ -65,7 +70,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
         Modifiers::NONE,
     );
     until_shown(&mut window);
-    assert_eq!(frames(window.state(), Keyframed::Yaw), [0.0, 3.0]);
+    assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0]);
     assert_eq!(window.state().state().look.yaw_deg, yaw);
     let turned = picture(&window);
 
@@ -76,7 +81,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     assert_ne!(picture(&window), turned);
     window.key_press(Key::Delete);
     until_shown(&mut window);
-    assert_eq!(frames(window.state(), Keyframed::Yaw), [3.0]);
+    assert_eq!(frames(window.state(), Setting::Yaw), [3.0]);
     assert_eq!(
         window.state().state().look.yaw_deg,
         yaw,
@@ -85,7 +90,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     for expected in [vec![0.0, 3.0], vec![0.0, last as f64], vec![0.0], vec![]] {
         window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
         window.run_steps(2);
-        assert_eq!(frames(window.state(), Keyframed::Yaw), expected);
+        assert_eq!(frames(window.state(), Setting::Yaw), expected);
     }
 }
 
@@ -95,15 +100,314 @@ fn intensity_is_keyed_by_its_diamond_and_by_key() {
     let mut window = clay_window(folder.path());
     window.get_by_label("Intensity key at this frame").click();
     window.run_steps(2);
-    assert_eq!(frames(window.state(), Keyframed::Intensity), [0.0]);
+    assert_eq!(frames(window.state(), Setting::Intensity), [0.0]);
     go(&mut window, Key::ArrowRight, 1);
     window.key_press_modifiers(Modifiers::SHIFT, Key::K);
     window.run_steps(2);
-    assert_eq!(frames(window.state(), Keyframed::Intensity), [0.0, 1.0]);
-    assert!(frames(window.state(), Keyframed::Yaw).is_empty());
+    assert_eq!(frames(window.state(), Setting::Intensity), [0.0, 1.0]);
+    assert!(frames(window.state(), Setting::Yaw).is_empty());
     window.get_by_label("Intensity key at this frame").click();
     window.run_steps(2);
-    assert_eq!(frames(window.state(), Keyframed::Intensity), [0.0]);
+    assert_eq!(frames(window.state(), Setting::Intensity), [0.0]);
+}
+
+/// Clicks the diamond beside a setting.
+fn toggle(window: &mut Window, setting: &str) {
+    let diamond = format!("{setting} key at this frame");
+    scroll_to(window, &diamond);
+    window.get_by_label(&diamond).click();
+    window.run_steps(2);
+}
+
+/// Where a key is drawn.
+fn key(window: &Window, setting: &str, frame: usize) -> Pos2 {
+    let name = format!("{setting} key at frame {frame}");
+    window.get_by_label(&name).rect().center()
+}
+
+fn plain_drag(window: &mut Window, from: Pos2, to: Pos2) {
+    drag(window, from, to, PointerButton::Primary, Modifiers::NONE);
+}
+
+/// A window whose yaw has keys at the frames 0, 3 and 7, and whose exposure has some at 0 and 7.
+fn animated(folder: &std::path::Path) -> Window {
+    let mut window = clay_window(folder);
+    until_shown(&mut window);
+    window.key_press(Key::K);
+    toggle(&mut window, "Exposure");
+    for (frame, by) in [(3, 100.0), (7, -60.0)] {
+        while window.state().state().frame < frame {
+            let next = window.state().state().frame + 1;
+            go(&mut window, Key::ArrowRight, next);
+        }
+        plain_drag(&mut window, MIDDLE, MIDDLE + vec2(by, 0.0));
+    }
+    window.key_press(Key::E);
+    window.key_press(Key::E);
+    window.run_steps(3);
+    assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0, 7.0]);
+    assert_eq!(frames(window.state(), Setting::Exposure), [0.0, 7.0]);
+    window
+}
+
+/// What Ctrl+C puts on the clipboard.
+fn copied(window: &mut Window) -> String {
+    window.event(Event::Copy);
+    for _ in 0..4 {
+        window.step();
+        for command in &window.output().platform_output.commands {
+            if let OutputCommand::CopyText(text) = command {
+                return text.clone();
+            }
+        }
+    }
+    panic!("nothing was copied");
+}
+
+#[test]
+fn every_row_has_a_diamond_and_what_is_animated_has_a_lane() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    scroll_to(&mut window, "Add light");
+    window.get_by_label("Add light").click();
+    window.run_steps(2);
+    let light = |setting| Setting::Light(1, setting);
+    for (name, setting) in [
+        ("Pitch", Setting::Pitch),
+        ("Roll", Setting::Roll),
+        ("Background yaw", Setting::BackgroundYaw),
+        ("Temperature", Setting::Temperature),
+        ("Tint", Setting::Tint),
+        ("Exposure", Setting::Exposure),
+        ("Glare", Setting::Effect(Pass::Glare)),
+        ("Grain", Setting::Effect(Pass::Grain)),
+        ("Light 1 azimuth", light(LightSetting::Yaw)),
+        ("Light 1 radius", light(LightSetting::Radius)),
+    ] {
+        toggle(&mut window, name);
+        assert_eq!(frames(window.state(), setting), [0.0], "{name}");
+        scroll_to(&mut window, &format!("Curve of {name}"));
+    }
+    // The channels of a colour are set together, and by one undo taken back.
+    toggle(&mut window, "Light 1 colour");
+    let channels = [LightSetting::Red, LightSetting::Green, LightSetting::Blue].map(light);
+    for channel in channels {
+        assert_eq!(frames(window.state(), channel), [0.0]);
+    }
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(2);
+    for channel in channels {
+        assert!(frames(window.state(), channel).is_empty());
+    }
+    // Its keys go with a light.
+    scroll_to(&mut window, "Remove light 1");
+    window.get_by_label("Remove light 1").click();
+    window.run_steps(2);
+    assert_eq!(window.state().state().look.animation.lanes().count(), 8);
+}
+
+#[test]
+fn keys_are_selected_moved_copied_and_removed_together() {
+    let folder = crate::temporary();
+    let mut window = animated(folder.path());
+    // A box around the keys at frame 7 selects both lanes' keys.
+    let (yaw, exposure) = (key(&window, "Yaw", 7), key(&window, "Exposure", 7));
+    plain_drag(
+        &mut window,
+        yaw - vec2(20.0, 9.0),
+        exposure + vec2(10.0, 9.0),
+    );
+    let by = key(&window, "Yaw", 0) - key(&window, "Yaw", 3);
+    plain_drag(&mut window, exposure, exposure + by / 3.0);
+    assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0, 6.0]);
+    assert_eq!(frames(window.state(), Setting::Exposure), [0.0, 6.0]);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(2);
+    assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0, 7.0]);
+
+    // Shift+click adds to the selection; both are pasted two frames on.
+    window.get_by_label("Yaw key at frame 0").click();
+    window.run_steps(2);
+    window
+        .get_by_label("Yaw key at frame 3")
+        .click_modifiers(Modifiers::SHIFT);
+    window.run_steps(2);
+    let text = copied(&mut window);
+    go(&mut window, Key::ArrowRight, 1);
+    go(&mut window, Key::ArrowRight, 2);
+    window.event(Event::Paste(text.clone()));
+    window.run_steps(3);
+    assert_eq!(
+        frames(window.state(), Setting::Yaw),
+        [0.0, 2.0, 3.0, 5.0, 7.0]
+    );
+    window.key_press(Key::Delete);
+    window.run_steps(3);
+    assert_eq!(
+        frames(window.state(), Setting::Yaw),
+        [0.0, 3.0, 7.0],
+        "what was pasted is selected"
+    );
+
+    // Degrees can be pasted into another lane of degrees.
+    toggle(&mut window, "Pitch");
+    window
+        .get_by_role_and_label(Role::Button, "Pitch lane")
+        .click();
+    window.run_steps(2);
+    window.event(Event::Paste(text));
+    window.run_steps(3);
+    assert_eq!(frames(window.state(), Setting::Pitch), [2.0, 5.0]);
+    let look = &window.state().state().look;
+    assert_eq!(
+        look.keys(Setting::Pitch).at(5.0),
+        look.keys(Setting::Yaw).at(3.0)
+    );
+    window.event(Event::Paste("no keys".to_owned()));
+    window.run_steps(3);
+    window.get_by_label_contains("The clipboard holds no keys");
+    assert_eq!(frames(window.state(), Setting::Pitch), [2.0, 5.0]);
+}
+
+#[test]
+fn keys_are_shaped_by_their_menu() {
+    let folder = crate::temporary();
+    let mut window = animated(folder.path());
+    window
+        .get_by_label("Exposure key at frame 0")
+        .click_secondary();
+    window.run_steps(3);
+    window.get_by_label("Hold").click();
+    window.run_steps(3);
+    let kind = |window: &Window| window.state().state().look.keys(Setting::Exposure).kind(0);
+    assert_eq!(kind(&window), Interpolation::Hold);
+    go(&mut window, Key::ArrowLeft, 6);
+    assert_eq!(window.state().state().look.exposure_stops, 0.0);
+    go(&mut window, Key::ArrowRight, 7);
+    assert_eq!(window.state().state().look.exposure_stops, 1.0);
+    window
+        .get_by_label("Exposure key at frame 0")
+        .click_secondary();
+    window.run_steps(3);
+    window.get_by_label_contains("Remove key").click();
+    window.run_steps(3);
+    assert_eq!(frames(window.state(), Setting::Exposure), [7.0]);
+}
+
+#[test]
+fn a_curve_s_keys_and_tangents_are_dragged_and_the_picture_follows() {
+    let folder = crate::temporary();
+    let mut window = animated(folder.path());
+    window.get_by_label("Curve of Exposure").click();
+    window.run_steps(3);
+    until_shown(&mut window);
+    let before = picture(&window);
+    let exposure = |window: &Window| window.state().state().look.exposure_stops;
+    assert_eq!(exposure(&window), 1.0);
+    let at = key(&window, "Exposure", 7);
+    plain_drag(&mut window, at, at + vec2(0.0, 40.0));
+    until_shown(&mut window);
+    let lower = exposure(&window);
+    assert!((0.0..0.9).contains(&lower), "{lower}");
+    assert_ne!(picture(&window), before);
+    assert_eq!(
+        frames(window.state(), Setting::Exposure),
+        [0.0, 7.0],
+        "straight down"
+    );
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(3);
+    assert_eq!(exposure(&window), 1.0, "a drag is one step of undo");
+
+    // The tangent of the first key is turned up: the curve leaves it at once.
+    window.get_by_label("Exposure key at frame 0").click();
+    window.run_steps(3);
+    go(&mut window, Key::ArrowRight, 1);
+    let smooth = exposure(&window);
+    let name = "Exposure tangent out at frame 0";
+    let knob = window.get_by_label(name).rect().center();
+    plain_drag(&mut window, knob, knob - vec2(0.0, 30.0));
+    let keys = window.state().state().look.keys(Setting::Exposure).clone();
+    assert_eq!(keys.kind(0), Interpolation::Bezier);
+    assert!(keys.slopes(0).unwrap()[1] > 0.1, "{keys:?}");
+    assert!(
+        exposure(&window) > smooth + 0.05,
+        "{} {smooth}",
+        exposure(&window)
+    );
+    assert!(
+        window
+            .query_by_label("Exposure tangent in at frame 0")
+            .is_none()
+    );
+    let knob = window.get_by_label(name).rect().center();
+    let at = key(&window, "Exposure", 0);
+    assert!(knob.y < at.y && knob.x > at.x);
+    // Back to automatic.
+    window
+        .get_by_label("Exposure key at frame 0")
+        .click_secondary();
+    window.run_steps(3);
+    window.get_by_label("Automatic tangents").click();
+    window.run_steps(3);
+    assert!((exposure(&window) - smooth).abs() < 1e-6);
+    window.get_by_label("Curve of Exposure").click();
+    window.run_steps(3);
+    window.get_by_label("Yaw key at frame 3");
+}
+
+#[test]
+fn a_value_in_a_lane_sets_a_key_and_in_and_out_are_dragged() {
+    let folder = crate::temporary();
+    let mut window = animated(folder.path());
+    go(&mut window, Key::ArrowLeft, 6);
+    let value = window.get_by_role_and_label(Role::SpinButton, "Exposure lane");
+    let at = value.rect().center();
+    plain_drag(&mut window, at, at - vec2(40.0, 0.0));
+    assert_eq!(frames(window.state(), Setting::Exposure), [0.0, 6.0, 7.0]);
+    assert!(window.state().state().look.exposure_stops < 0.5);
+
+    let handle = |window: &Window, name: &str| window.get_by_label(name).rect();
+    let out = handle(&window, "Out point at frame 7");
+    assert!(out.width() >= 10.0 && out.height() >= 16.0, "{out:?}");
+    let to = key(&window, "Yaw", 3).x - key(&window, "Yaw", 7).x;
+    plain_drag(&mut window, out.center(), out.center() + vec2(to, 0.0));
+    let range = |window: &Window| window.state().state().export_options.frames;
+    assert_eq!(range(&window), Some((0, 3)));
+    let into = handle(&window, "In point at frame 0");
+    let to = key(&window, "Yaw", 3).x - key(&window, "Yaw", 0).x;
+    plain_drag(
+        &mut window,
+        into.center(),
+        into.center() + vec2(2.0 * to, 0.0),
+    );
+    assert_eq!(range(&window), Some((3, 3)), "they do not cross");
+    let into = handle(&window, "In point at frame 3").center();
+    plain_drag(&mut window, into, into - vec2(2.0 * to, 0.0));
+    let out = handle(&window, "Out point at frame 3").center();
+    plain_drag(&mut window, out, out + vec2(3.0 * to, 0.0));
+    assert_eq!(range(&window), None, "all frames");
+}
+
+#[test]
+fn the_timeline_looks_as_it_did() {
+    let folder = crate::temporary();
+    let mut window = animated(folder.path());
+    toggle(&mut window, "Temperature");
+    go(&mut window, Key::ArrowLeft, 6);
+    window.key_press(Key::O);
+    window.get_by_label("Yaw key at frame 3").click();
+    window.run_steps(3);
+    until_shown(&mut window);
+    snapshot(&mut window, "studio_lanes");
+    window.get_by_label("Curve of Yaw").click();
+    window.run_steps(3);
+    let knob = window.get_by_label("Yaw tangent out at frame 3");
+    let knob = knob.rect().center();
+    plain_drag(&mut window, knob, knob - vec2(0.0, 16.0));
+    until_shown(&mut window);
+    snapshot(&mut window, "studio_curve");
 }
 
 #[test]

@@ -7,11 +7,10 @@ use crate::command::{
     AimCommand, CalibrationCommand, Command, ExportCommand, JobCommand, LookCommand, MatteCommand,
     ReviewCommand, TrainingCommand, ViewCommand, WindowCommand,
 };
-use crate::keyframed::Keyframed;
 use crate::layout::{Pane, Workspace};
 use egui::{Key, KeyboardShortcut, Modifiers};
 use evaluation::review::Mark;
-use scene::{Channel, Inspection};
+use scene::{Channel, Inspection, Setting};
 
 /// A key, what it does, and what the lists of keys and commands call that.
 pub struct Binding {
@@ -63,7 +62,7 @@ const fn channel(channel: Channel) -> Command {
     Look(LookCommand::Inspect(Inspection::Channel(channel)))
 }
 
-const fn toggle_key(of: Keyframed) -> Command {
+const fn toggle_key(of: Setting) -> Command {
     Look(LookCommand::ToggleKey(of))
 }
 
@@ -164,8 +163,8 @@ pub const BINDINGS: &[Binding] = &[
     on(NONE, Key::End, View(ViewCommand::LastFrame), "Last frame"),
     on(SHIFT, Key::E, Look(LookCommand::StepExposure(-0.5)), "Half a stop darker"),
     on(NONE, Key::E, Look(LookCommand::StepExposure(0.5)), "Half a stop brighter"),
-    on(SHIFT, Key::K, toggle_key(Keyframed::Intensity), "Set or remove an intensity keyframe"),
-    on(NONE, Key::K, toggle_key(Keyframed::Yaw), "Set or remove a yaw keyframe"),
+    on(SHIFT, Key::K, toggle_key(Setting::Intensity), "Set or remove an intensity keyframe"),
+    on(NONE, Key::K, toggle_key(Setting::Yaw), "Set or remove a yaw keyframe"),
     on(CTRL_SHIFT, Key::P, Window(WindowCommand::TogglePalette), "Find a command"),
     on(NONE, Key::P, Job(JobCommand::Pause), "Pause or resume the job"),
     on(NONE, Key::F, View(ViewCommand::Fit), "Fit the picture"),

@@ -2,8 +2,7 @@
 
 use super::LookSettings;
 use light::Lighting;
-use light::keyframes::Keyframes;
-use scene::{Background, Effects, STRENGTHS};
+use scene::{Background, Effects, STRENGTHS, Setting};
 
 /// The settings under one heading of the panel of the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -31,6 +30,19 @@ impl Group {
             Self::Effects => "Effects",
         }
     }
+
+    /// The group in which a setting stands.
+    pub fn of(setting: Setting) -> Self {
+        match setting {
+            Setting::Yaw | Setting::Pitch | Setting::Roll | Setting::BackgroundYaw => {
+                Self::Environment
+            }
+            Setting::Intensity | Setting::Temperature | Setting::Tint => Self::Grade,
+            Setting::Exposure => Self::Picture,
+            Setting::Effect(_) => Self::Effects,
+            Setting::Light(..) => Self::Lights,
+        }
+    }
 }
 
 impl LookSettings {
@@ -43,18 +55,18 @@ impl LookSettings {
 
     /// Gives a group its defaults; its keys are removed.
     pub(crate) fn restore(&mut self, group: Group) {
+        self.animation.retain(|setting| Group::of(setting) != group);
         let lighting = &mut self.lighting;
         let default = Lighting::default();
         match group {
             Group::Environment => {
-                (self.yaw_keys, self.yaw_deg) = (Keyframes::default(), 0.0);
+                self.yaw_deg = 0.0;
                 lighting.pitch_deg = default.pitch_deg;
                 lighting.roll_deg = default.roll_deg;
                 lighting.background_yaw_deg = default.background_yaw_deg;
                 lighting.weighting = default.weighting;
             }
             Group::Grade => {
-                self.intensity_keys = Keyframes::default();
                 lighting.intensity_stops = default.intensity_stops;
                 lighting.temperature_k = default.temperature_k;
                 lighting.tint = default.tint;
@@ -80,7 +92,6 @@ impl LookSettings {
 mod tests {
     use super::*;
     use crate::command::{LookCommand, ViewCommand};
-    use crate::keyframed::Keyframed;
     use crate::state::State;
     use light::PlacedLight;
     use light::weights::Weighting;
@@ -108,7 +119,7 @@ mod tests {
         };
         for (group, command) in [
             (Group::Environment, LookCommand::Yaw(20.0)),
-            (Group::Environment, LookCommand::ToggleKey(Keyframed::Yaw)),
+            (Group::Environment, LookCommand::ToggleKey(Setting::Yaw)),
             (Group::Environment, lighting(|l| l.pitch_deg = 3.0)),
             (Group::Environment, lighting(|l| l.roll_deg = 3.0)),
             (Group::Environment, lighting(|l| l.background_yaw_deg = 3.0)),
@@ -116,13 +127,19 @@ mod tests {
                 Group::Environment,
                 lighting(|l| l.weighting = Weighting::Cells),
             ),
-            (Group::Grade, LookCommand::ToggleKey(Keyframed::Intensity)),
+            (Group::Grade, LookCommand::ToggleKey(Setting::Intensity)),
             (Group::Grade, lighting(|l| l.intensity_stops = 1.0)),
             (Group::Grade, lighting(|l| l.temperature_k = 3200.0)),
             (Group::Grade, lighting(|l| l.tint = 5.0)),
             (
                 Group::Lights,
                 lighting(|l| l.placed.push(PlacedLight::default())),
+            ),
+            (Group::Grade, LookCommand::ToggleKey(Setting::Tint)),
+            (Group::Picture, LookCommand::ToggleKey(Setting::Exposure)),
+            (
+                Group::Effects,
+                LookCommand::ToggleKey(Setting::Effect(scene::Pass::Glare)),
             ),
             (Group::Picture, LookCommand::Exposure(1.0)),
             (Group::Picture, LookCommand::Background(Background::None)),

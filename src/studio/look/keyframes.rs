@@ -1,98 +1,115 @@
 //! Settings with keyframes: their value follows the keys, and changing the value sets a key at the current frame.
 
 use super::LookSettings;
-use crate::keyframed::Keyframed;
-use light::keyframes::{Interpolation, Keyframes};
+use light::keyframes::Keyframes;
+use scene::{Animated, LightSetting, Setting};
 
 impl LookSettings {
     /// The keys of a setting.
-    pub fn keys(&self, of: Keyframed) -> &Keyframes {
-        match of {
-            Keyframed::Yaw => &self.yaw_keys,
-            Keyframed::Intensity => &self.intensity_keys,
-        }
-    }
-
-    fn keys_mut(&mut self, of: Keyframed) -> &mut Keyframes {
-        match of {
-            Keyframed::Yaw => &mut self.yaw_keys,
-            Keyframed::Intensity => &mut self.intensity_keys,
-        }
+    pub fn keys(&self, of: Setting) -> &Keyframes {
+        static NONE: Keyframes = Keyframes::NONE;
+        self.animation.of(of).unwrap_or(&NONE)
     }
 
     /// Whether a setting has any keys.
-    pub fn is_keyed(&self, of: Keyframed) -> bool {
-        !self.keys(of).keys().is_empty()
+    pub fn is_keyed(&self, of: Setting) -> bool {
+        self.animation.of(of).is_some()
     }
 
     /// The index of the key at a frame.
-    pub fn key_at(&self, of: Keyframed, frame: usize) -> Option<usize> {
-        let keys = self.keys(of).keys();
-        keys.iter().position(|key| key.frame == frame as f64)
+    pub fn key_at(&self, of: Setting, frame: usize) -> Option<usize> {
+        self.keys(of).index_at(frame as f64)
     }
 
-    fn value(&self, of: Keyframed) -> f32 {
-        match of {
-            Keyframed::Yaw => self.yaw_deg,
-            Keyframed::Intensity => self.lighting.intensity_stops,
-        }
-    }
-
-    fn value_mut(&mut self, of: Keyframed) -> &mut f32 {
-        match of {
-            Keyframed::Yaw => &mut self.yaw_deg,
-            Keyframed::Intensity => &mut self.lighting.intensity_stops,
-        }
+    /// The value of a setting at the current frame; None if it is that of a light that is not there.
+    pub fn value(&self, of: Setting) -> Option<f32> {
+        let (mut yaw_deg, mut exposure_stops) = (self.yaw_deg, self.exposure_stops);
+        let (mut lighting, mut effects) = (self.lighting.clone(), self.effects);
+        let mut settings = Animated {
+            yaw_deg: &mut yaw_deg,
+            exposure_stops: &mut exposure_stops,
+            lighting: &mut lighting,
+            effects: &mut effects,
+        };
+        of.place(&mut settings).copied()
     }
 
     /// Sets each setting that has keys to its value at a frame.
     pub(crate) fn follow(&mut self, frame: usize) {
-        for of in Keyframed::ALL {
-            if let Some(value) = self.keys(of).at(frame as f64) {
-                *self.value_mut(of) = value as f32;
-            }
-        }
+        let settings = Animated {
+            yaw_deg: &mut self.yaw_deg,
+            exposure_stops: &mut self.exposure_stops,
+            lighting: &mut self.lighting,
+            effects: &mut self.effects,
+        };
+        self.animation.apply(frame as f64, settings);
+    }
+
+    /// Removes the keys of lights that are gone, and gives each light a number by which keys know it.
+    pub(crate) fn number_lights(&mut self) {
+        let lighting = &self.lighting;
+        self.animation.retain(|setting| setting.exists(lighting));
+        self.lighting.number_lights();
     }
 
     /// Sets a key at a frame for each setting that has keys and is another than `before`.
     pub(crate) fn set_keys(&mut self, before: &Self, frame: usize) {
-        for of in Keyframed::ALL {
-            let value = self.value(of);
-            if self.is_keyed(of) && value != before.value(of) && self.keys(of) == before.keys(of) {
-                // NaN is refused: the keys stay.
-                let _ = self.keys_mut(of).insert(frame as f64, f64::from(value));
+        let keyed: Vec<Setting> = self.animation.lanes().map(|(setting, _)| setting).collect();
+        for of in keyed {
+            let (value, was) = (self.value(of), before.value(of));
+            if let (Some(value), Some(was)) = (value, was)
+                && value != was
+                && self.keys(of) == before.keys(of)
+            {
+                self.set_key(
+                    of,
+                    frame,
+                    nearest_turn(of, f64::from(value), f64::from(was)),
+                );
             }
+        }
+    }
+
+    /// Sets a key, within the setting's range.
+    fn set_key(&mut self, of: Setting, frame: usize, value: f64) {
+        let mut keys = self.keys(of).clone();
+        // NaN is refused: the keys stay.
+        if keys.insert(frame as f64, of.bounded(value)).is_ok() {
+            self.animation.set(of, keys);
         }
     }
 
     /// Sets a key at a frame, or removes the one that is there.
-    pub(crate) fn toggle_key(&mut self, of: Keyframed, frame: usize) {
+    pub(crate) fn toggle_key(&mut self, of: Setting, frame: usize) {
         match self.key_at(of, frame) {
-            Some(index) => self.remove_key(of, index),
+            Some(index) => {
+                let mut keys = self.keys(of).clone();
+                keys.remove(index);
+                self.animation.set(of, keys);
+            }
             None => {
-                let value = f64::from(self.value(of));
-                // NaN is refused: the keys stay.
-                let _ = self.keys_mut(of).insert(frame as f64, value);
+                if let Some(value) = self.value(of) {
+                    self.set_key(of, frame, f64::from(value));
+                }
             }
         }
     }
 
-    /// Removes a key, if there is one of this index.
-    pub(crate) fn remove_key(&mut self, of: Keyframed, index: usize) {
-        self.keys_mut(of).remove(index);
-    }
-
-    /// Moves a key to a frame, if there is one of this index.
-    pub(crate) fn move_key(&mut self, of: Keyframed, index: usize, frame: usize) {
-        if let Some(key) = self.keys(of).keys().get(index).copied() {
-            // The key exists and its value is finite: nothing can fail.
-            let _ = self.keys_mut(of).shift(index, frame as f64, key.value);
+    /// Gives settings these keys in place of their own, if they are there.
+    pub(crate) fn set_lanes(&mut self, lanes: Vec<(Setting, Keyframes)>) {
+        for (of, keys) in lanes {
+            if of.exists(&self.lighting) {
+                self.animation.set(of, keys);
+            }
         }
     }
+}
 
-    /// How values go from key to key.
-    pub(crate) fn interpolate(&mut self, of: Keyframed, interpolation: Interpolation) {
-        self.keys_mut(of).interpolation = interpolation;
+/// A placed light that is dragged over the seam of the panorama goes on turning the same way.
+fn nearest_turn(of: Setting, value: f64, was: f64) -> f64 {
+    match of {
+        Setting::Light(_, LightSetting::Yaw) => value - 360.0 * ((value - was) / 360.0).round(),
+        _ => value,
     }
 }
 
@@ -101,7 +118,9 @@ mod tests {
     use super::*;
     use crate::command::{LookCommand, ViewCommand};
     use crate::state::State;
-    use light::Lighting;
+    use light::keyframes::Interpolation;
+    use light::{Lighting, PlacedLight};
+    use scene::{Effects, Pass};
 
     fn at(state: &mut State, frame: usize, command: LookCommand) {
         state.show(ViewCommand::Frame(frame));
@@ -110,7 +129,7 @@ mod tests {
         state.release();
     }
 
-    fn frames(state: &State, of: Keyframed) -> Vec<f64> {
+    fn frames(state: &State, of: Setting) -> Vec<f64> {
         state.look.keys(of).keys().iter().map(|k| k.frame).collect()
     }
 
@@ -119,12 +138,12 @@ mod tests {
         let mut s = State::new(11, 24.0);
         s.change(LookCommand::Yaw(10.0));
         s.show(ViewCommand::Frame(4));
-        assert!(!s.look.is_keyed(Keyframed::Yaw), "a value alone is no key");
-        s.change(LookCommand::ToggleKey(Keyframed::Yaw));
+        assert!(!s.look.is_keyed(Setting::Yaw), "a value alone is no key");
+        s.change(LookCommand::ToggleKey(Setting::Yaw));
         // Beyond half a turn: the light keeps turning the same way.
         at(&mut s, 8, LookCommand::Yaw(400.0));
         at(&mut s, 6, LookCommand::Turn(5.0));
-        assert_eq!(frames(&s, Keyframed::Yaw), [4.0, 6.0, 8.0]);
+        assert_eq!(frames(&s, Setting::Yaw), [4.0, 6.0, 8.0]);
         let yaws: Vec<f32> = [0, 4, 6, 8, 10]
             .map(|frame| {
                 s.show(ViewCommand::Frame(frame));
@@ -134,7 +153,7 @@ mod tests {
         assert_eq!(yaws, [10.0, 10.0, 210.0, 400.0, 400.0]);
         for expected in [vec![4.0, 8.0], vec![4.0], vec![]] {
             s.change(LookCommand::Undo);
-            assert_eq!(frames(&s, Keyframed::Yaw), expected);
+            assert_eq!(frames(&s, Setting::Yaw), expected);
         }
         assert_eq!(s.look.yaw_deg, 10.0);
     }
@@ -142,7 +161,7 @@ mod tests {
     #[test]
     fn going_through_the_frames_is_no_change() {
         let mut s = State::new(11, 24.0);
-        s.change(LookCommand::ToggleKey(Keyframed::Yaw));
+        s.change(LookCommand::ToggleKey(Setting::Yaw));
         at(&mut s, 10, LookCommand::Yaw(90.0));
         s.show(ViewCommand::Frame(0));
         let look = s.look.clone();
@@ -163,13 +182,12 @@ mod tests {
                 ..s.look.lighting.clone()
             }))
         };
-        s.change(LookCommand::ToggleKey(Keyframed::Intensity));
+        s.change(LookCommand::ToggleKey(Setting::Intensity));
         let brighter = intensity(&s, 2.0);
         at(&mut s, 10, brighter);
-        s.change(LookCommand::Interpolate(
-            Keyframed::Intensity,
-            Interpolation::Linear,
-        ));
+        let mut linear = s.look.keys(Setting::Intensity).clone();
+        linear.interpolation = Interpolation::Linear;
+        s.change(LookCommand::Keys(vec![(Setting::Intensity, linear)]));
         s.show(ViewCommand::Frame(5));
         assert_eq!(s.scene().lighting.intensity_stops, 1.0);
         let warmer = Lighting {
@@ -177,37 +195,186 @@ mod tests {
             ..s.look.lighting.clone()
         };
         s.change(LookCommand::Lighting(Box::new(warmer)));
-        assert_eq!(frames(&s, Keyframed::Intensity), [0.0, 10.0]);
+        assert_eq!(frames(&s, Setting::Intensity), [0.0, 10.0]);
         let broken = intensity(&s, f32::NAN);
         s.change(broken);
         assert_eq!(s.look.lighting.intensity_stops, 1.0);
-        assert_eq!(frames(&s, Keyframed::Intensity), [0.0, 10.0]);
+        assert_eq!(frames(&s, Setting::Intensity), [0.0, 10.0]);
+    }
+
+    /// The look's lights after a change of them.
+    fn lights(s: &State, change: impl FnOnce(&mut Vec<PlacedLight>)) -> LookCommand {
+        let mut lighting = s.look.lighting.clone();
+        change(&mut lighting.placed);
+        LookCommand::Lighting(Box::new(lighting))
     }
 
     #[test]
-    fn keys_are_moved_and_removed_and_a_key_gives_way_to_the_one_that_is_moved_there() {
+    fn every_setting_is_animated_and_goes_through_its_keys() {
         let mut s = State::new(11, 24.0);
-        for frame in [2, 5, 9] {
-            at(&mut s, frame, LookCommand::ToggleKey(Keyframed::Yaw));
+        let added = lights(&s, |lights| lights.push(PlacedLight::default()));
+        at(&mut s, 0, added);
+        let settings = [
+            Setting::Pitch,
+            Setting::Roll,
+            Setting::BackgroundYaw,
+            Setting::Temperature,
+            Setting::Tint,
+            Setting::Exposure,
+            Setting::Effect(Pass::Vignette),
+            Setting::Light(1, LightSetting::Radius),
+            Setting::Light(1, LightSetting::Blue),
+        ];
+        for of in settings {
+            at(&mut s, 0, LookCommand::ToggleKey(of));
         }
-        let of = Keyframed::Yaw;
-        s.change(LookCommand::MoveKey {
-            of,
-            index: 0,
-            frame: 7,
+        s.show(ViewCommand::LastFrame);
+        let mut lighting = s.look.lighting.clone();
+        (lighting.pitch_deg, lighting.roll_deg) = (20.0, -40.0);
+        lighting.background_yaw_deg = 8.0;
+        (lighting.temperature_k, lighting.tint) = (4504.0, 10.0);
+        lighting.placed[0].radius_deg = 32.5;
+        lighting.placed[0].color[2] = 0.0;
+        at(&mut s, 10, LookCommand::Lighting(Box::new(lighting)));
+        at(&mut s, 10, LookCommand::Exposure(-2.0));
+        let dark = Effects {
+            vignette: 0.5,
+            ..Effects::default()
+        };
+        at(&mut s, 10, LookCommand::Effects(dark));
+        s.show(ViewCommand::Frame(5));
+        let scene = s.scene();
+        let light = &scene.lighting.placed[0];
+        assert_eq!(
+            [
+                scene.lighting.pitch_deg,
+                scene.lighting.roll_deg,
+                scene.lighting.background_yaw_deg,
+                scene.lighting.temperature_k,
+                scene.lighting.tint,
+                scene.exposure_stops,
+                scene.effects.vignette,
+                light.radius_deg,
+                light.color[2],
+            ],
+            [10.0, -20.0, 4.0, 5504.0, 5.0, -1.0, 0.25, 22.5, 0.5]
+        );
+        assert_eq!((light.yaw_deg, light.color[0]), (-135.0, 1.0));
+        assert_eq!(frames(&s, Setting::Exposure), [0.0, 10.0]);
+    }
+
+    #[test]
+    fn keys_stay_with_their_light_and_go_with_it() {
+        let mut s = State::new(11, 24.0);
+        let added = lights(&s, |lights| lights.resize(3, PlacedLight::default()));
+        at(&mut s, 0, added);
+        let ids = |s: &State| -> Vec<u32> {
+            let lights = s.look.lighting.placed.iter();
+            lights.map(|light| light.id).collect()
+        };
+        assert_eq!(ids(&s), [1, 2, 3]);
+        let of = Setting::Light(2, LightSetting::Intensity);
+        at(&mut s, 0, LookCommand::ToggleKey(of));
+        let brighter = lights(&s, |lights| lights[1].intensity = 6.0);
+        at(&mut s, 10, brighter);
+        let first = lights(&s, |lights| lights.swap(0, 1));
+        at(&mut s, 10, first);
+        let removed = lights(&s, |lights| drop(lights.remove(1)));
+        at(&mut s, 10, removed);
+        assert_eq!((ids(&s), frames(&s, of)), (vec![2, 3], vec![0.0, 10.0]));
+        s.show(ViewCommand::Frame(0));
+        assert_eq!(s.look.lighting.placed[0].intensity, std::f32::consts::PI);
+        s.show(ViewCommand::Frame(10));
+        assert_eq!(s.look.lighting.placed[0].intensity, 6.0);
+        // Another light in its place has a number of its own, and no keys.
+        let replaced = lights(&s, |lights| lights[0] = PlacedLight::default());
+        at(&mut s, 10, replaced);
+        assert_eq!((ids(&s), s.look.is_keyed(of)), (vec![1, 3], false));
+        s.change(LookCommand::Undo);
+        assert_eq!((ids(&s), frames(&s, of)), (vec![2, 3], vec![0.0, 10.0]));
+        let lost = LookCommand::Keys(vec![(
+            Setting::Light(9, LightSetting::Yaw),
+            "0:1".parse().unwrap(),
+        )]);
+        at(&mut s, 10, lost);
+        at(
+            &mut s,
+            10,
+            LookCommand::ToggleKey(Setting::Light(9, LightSetting::Yaw)),
+        );
+        assert_eq!(s.look.animation.lanes().count(), 1);
+    }
+
+    #[test]
+    fn a_light_that_is_dragged_over_the_seam_goes_on_turning() {
+        let mut s = State::new(11, 24.0);
+        let added = lights(&s, |lights| {
+            lights.push(PlacedLight {
+                yaw_deg: 170.0,
+                ..PlacedLight::default()
+            });
         });
-        assert_eq!(frames(&s, of), [5.0, 7.0, 9.0]);
+        at(&mut s, 0, added);
+        let of = Setting::Light(1, LightSetting::Yaw);
+        at(&mut s, 0, LookCommand::ToggleKey(of));
+        // The panorama wraps azimuths around.
+        let over = lights(&s, |lights| lights[0].yaw_deg = -170.0);
+        at(&mut s, 10, over);
+        assert_eq!(s.look.lighting.placed[0].yaw_deg, 190.0);
+        s.show(ViewCommand::Frame(5));
+        assert_eq!(s.look.lighting.placed[0].yaw_deg, 180.0);
+    }
+
+    #[test]
+    fn keys_have_values_within_the_range_of_their_setting() {
+        let mut s = State::new(11, 24.0);
+        s.change(LookCommand::ToggleKey(Setting::Tint));
+        let tint = |tint: f32| {
+            LookCommand::Lighting(Box::new(Lighting {
+                tint,
+                ..Lighting::default()
+            }))
+        };
+        at(&mut s, 4, tint(1e6));
+        at(&mut s, 4, tint(f32::NAN));
+        assert_eq!(s.look.keys(Setting::Tint).at(4.0), Some(150.0));
+        assert_eq!(s.look.lighting.tint, 150.0);
+        // What only fits the picture leaves an animated exposure as it is.
+        at(&mut s, 4, LookCommand::Exposure(1.0));
+        at(&mut s, 4, LookCommand::ToggleKey(Setting::Exposure));
+        at(&mut s, 6, LookCommand::ResetView);
+        assert_eq!(
+            (frames(&s, Setting::Exposure), s.look.exposure_stops),
+            (vec![4.0], 1.0)
+        );
+    }
+
+    #[test]
+    fn keys_are_replaced_in_one_step_and_none_end_the_animation() {
+        let mut s = State::new(11, 24.0);
+        let of = Setting::Yaw;
+        at(&mut s, 2, LookCommand::ToggleKey(of));
+        at(&mut s, 2, LookCommand::Exposure(1.0));
+        at(&mut s, 2, LookCommand::ToggleKey(Setting::Exposure));
+        let moved = |frame: &str| {
+            let keys: Keyframes = frame.parse().unwrap();
+            LookCommand::Keys(vec![(of, keys.clone()), (Setting::Exposure, keys)])
+        };
+        // A drag.
+        s.change(moved("3:0"));
+        s.change(moved("4:0"));
         s.release();
-        s.change(LookCommand::MoveKey {
-            of,
-            index: 2,
-            frame: 5,
-        });
-        assert_eq!(frames(&s, of), [5.0, 7.0]);
-        s.change(LookCommand::RemoveKey { of, index: 0 });
-        s.change(LookCommand::RemoveKey { of, index: 9 });
-        assert_eq!(frames(&s, of), [7.0]);
-        at(&mut s, 7, LookCommand::ToggleKey(of));
-        assert!(!s.look.is_keyed(of));
+        assert_eq!(
+            (frames(&s, of), frames(&s, Setting::Exposure)),
+            (vec![4.0], vec![4.0])
+        );
+        s.change(LookCommand::Undo);
+        assert_eq!(
+            (frames(&s, of), frames(&s, Setting::Exposure)),
+            (vec![2.0], vec![2.0])
+        );
+        at(&mut s, 2, LookCommand::Keys(vec![(of, Keyframes::NONE)]));
+        at(&mut s, 2, LookCommand::ToggleKey(Setting::Exposure));
+        assert!(s.look.animation.is_empty());
     }
 }

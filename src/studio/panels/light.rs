@@ -1,17 +1,16 @@
 //! The light: the environment's rotation and grade, its brightest areas, and the lights placed by hand.
 
 use super::bar_ui;
+use super::diamond::{self, animated_ui, beside_ui};
 use super::front;
 use super::group::Heading;
 use super::numbers::computing;
 use super::panorama::Preview;
 use super::rows::{BESIDE, Row, choice_ui, grid};
-use super::timeline::diamond;
 use crate::command::{Command, LookCommand, ViewCommand};
 use crate::environment_library::EnvironmentEntry;
 use crate::environment_list::ListedEnvironment;
 use crate::icons;
-use crate::keyframed::Keyframed;
 use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
@@ -22,6 +21,7 @@ use egui::{
 use light::conventions::Tool;
 use light::weights::Weighting;
 use light::{Lighting, PlacedLight, placed, white};
+use scene::{LightSetting, Setting};
 use std::ops::RangeInclusive;
 use worker::Origin;
 
@@ -74,7 +74,10 @@ impl LightPanel {
             ui,
             out,
             |_, _| {},
-            |ui, out| placed_ui(ui, context, out),
+            |ui, out| {
+                placed_ui(ui, context, out);
+                animated_ui(ui, context, Group::Lights);
+            },
         );
     }
 }
@@ -82,6 +85,7 @@ impl LightPanel {
 const TURNS: [Row<Lighting>; 3] = [
     Row {
         name: "Pitch",
+        setting: Setting::Pitch,
         of: |lighting| &mut lighting.pitch_deg,
         speed: 0.5,
         range: -180.0..=180.0,
@@ -91,6 +95,7 @@ const TURNS: [Row<Lighting>; 3] = [
     },
     Row {
         name: "Roll",
+        setting: Setting::Roll,
         of: |lighting| &mut lighting.roll_deg,
         speed: 0.5,
         range: -180.0..=180.0,
@@ -100,6 +105,7 @@ const TURNS: [Row<Lighting>; 3] = [
     },
     Row {
         name: "Background yaw",
+        setting: Setting::BackgroundYaw,
         of: |lighting| &mut lighting.background_yaw_deg,
         speed: 0.5,
         range: -180.0..=180.0,
@@ -112,6 +118,7 @@ const TURNS: [Row<Lighting>; 3] = [
 const GRADES: [Row<Lighting>; 3] = [
     Row {
         name: "Intensity",
+        setting: Setting::Intensity,
         of: |lighting| &mut lighting.intensity_stops,
         speed: 0.02,
         range: Lighting::STOPS,
@@ -121,6 +128,7 @@ const GRADES: [Row<Lighting>; 3] = [
     },
     Row {
         name: "Temperature",
+        setting: Setting::Temperature,
         of: |lighting| &mut lighting.temperature_k,
         speed: 20.0,
         range: white::RANGE_K,
@@ -130,6 +138,7 @@ const GRADES: [Row<Lighting>; 3] = [
     },
     Row {
         name: "Tint",
+        setting: Setting::Tint,
         of: |lighting| &mut lighting.tint,
         speed: 0.5,
         range: -150.0..=150.0,
@@ -168,10 +177,11 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
         if yaw != look.yaw_deg {
             out.push(Command::Look(LookCommand::Yaw(yaw)));
         }
-        key_ui(ui, context, Keyframed::Yaw, field.rect, out);
+        beside_ui(ui, context, Setting::Yaw, field.rect, out);
         ui.end_row();
         for row in &TURNS {
-            row.ui(ui, &look.lighting, out, relit);
+            let field = row.ui(ui, &look.lighting, out, relit);
+            beside_ui(ui, context, row.setting, field.rect, out);
             ui.end_row();
         }
         let kinds = [
@@ -191,7 +201,7 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
         }
         ui.end_row();
     });
-    animated_ui(ui, context, Keyframed::Yaw);
+    animated_ui(ui, context, Group::Environment);
     tools_ui(ui, look.front().turned(look.yaw_deg));
     asks
 }
@@ -201,58 +211,11 @@ fn grade_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     grid("grade").show(ui, |ui| {
         for row in &GRADES {
             let field = row.ui(ui, &context.state.look.lighting, out, relit);
-            if row.name == Keyframed::Intensity.name() {
-                key_ui(ui, context, Keyframed::Intensity, field.rect, out);
-            }
+            beside_ui(ui, context, row.setting, field.rect, out);
             ui.end_row();
         }
     });
-    animated_ui(ui, context, Keyframed::Intensity);
-}
-
-/// Says that a setting has keys.
-fn animated_ui(ui: &mut Ui, context: &PanelContext, of: Keyframed) {
-    if context.state.look.is_keyed(of) {
-        let sentence = format!(
-            "{} is animated: changes set a key at frame {}.",
-            of.name(),
-            context.state.frame
-        );
-        ui.label(RichText::new(sentence).small().color(theme::QUIET));
-    }
-}
-
-/// The diamond beside a field that can be keyed, filled if the current frame has a key. A click sets or
-/// removes it.
-fn key_ui(ui: &Ui, context: &PanelContext, of: Keyframed, field: Rect, out: &mut Vec<Command>) {
-    let (look, frame) = (&context.state.look, context.state.frame);
-    let is_here = look.key_at(of, frame).is_some();
-    let corner = field.right_top() + vec2(GAP, 0.0);
-    let rect = Rect::from_min_size(corner, vec2(20.0, field.height()));
-    let response = ui.interact(rect, ui.scope_id().with(("key", of)), Sense::click());
-    let name = format!("{} key at this frame", of.name());
-    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::CheckBox, true, is_here, &name));
-    let color = if response.hovered() || response.has_focus() || look.is_keyed(of) {
-        theme::KEY
-    } else {
-        theme::QUIET
-    };
-    diamond(ui.painter(), rect.center(), is_here, color);
-    let key = match of {
-        Keyframed::Yaw => "K",
-        Keyframed::Intensity => "Shift+K",
-    };
-    let does = if is_here {
-        "Removes the key at this frame"
-    } else {
-        "Sets a key at this frame"
-    };
-    if response
-        .on_hover_text(format!("{does}. Key: {key}"))
-        .clicked()
-    {
-        out.push(Command::Look(LookCommand::ToggleKey(of)));
-    }
+    animated_ui(ui, context, Group::Grade);
 }
 
 /// The rotation as other tools write it.
@@ -298,7 +261,7 @@ fn placed_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     for (i, light) in changed.placed.iter_mut().enumerate() {
         let top = ui.cursor().top();
         ui.push_id(i, |ui| {
-            if light_ui(ui, i, light) {
+            if light_ui(ui, context, i, light, out) {
                 removed = Some(i);
             }
         });
@@ -361,8 +324,16 @@ fn name_ui(ui: &mut Ui, index: usize, light: &mut PlacedLight, width: f32) {
 }
 
 /// One placed light, edited in place; returns whether it is to be removed.
-fn light_ui(ui: &mut Ui, index: usize, light: &mut PlacedLight) -> bool {
+fn light_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    index: usize,
+    light: &mut PlacedLight,
+    out: &mut Vec<Command>,
+) -> bool {
     let mut removed = false;
+    let id = light.id;
+    let of = |setting| Setting::Light(id, setting);
     let title = light.title(index);
     ui.horizontal(|ui| {
         let on = ui.checkbox(&mut light.enabled, "");
@@ -410,31 +381,41 @@ fn light_ui(ui: &mut Ui, index: usize, light: &mut PlacedLight) -> bool {
         let name = format!("Kind of {title}");
         (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, &name));
         ui.color_edit_button_rgb(&mut light.color);
+        let channels = [LightSetting::Red, LightSetting::Green, LightSetting::Blue];
+        let color = format!("{title} colour");
+        let (rect, _) = ui.allocate_exact_size(vec2(diamond::WIDTH, 22.0), Sense::hover());
+        diamond::within_ui(ui, context, (&channels.map(of), &color), rect, out);
     });
     let field = |value, speed: f32, range: RangeInclusive<f32>, prefix: &str| {
         DragValue::new(value)
             .speed(speed)
             .range(range)
+            // Keys may lead an azimuth around several times.
+            .clamp_existing_to_range(false)
             .prefix(prefix)
             .max_decimals(1)
     };
     let rows = [
         [
             (
+                LightSetting::Yaw,
                 field(&mut light.yaw_deg, 0.5, -180.0..=180.0, "azimuth "),
                 "Azimuth in degrees: 0 is behind the subject, −90 camera left, 180 at the camera",
             ),
             (
+                LightSetting::Pitch,
                 field(&mut light.pitch_deg, 0.5, -90.0..=90.0, "elevation "),
                 "Elevation in degrees",
             ),
         ],
         [
             (
+                LightSetting::Radius,
                 field(&mut light.radius_deg, 0.2, 0.0..=85.0, "radius "),
                 "Radius in degrees, as seen from the subject",
             ),
             (
+                LightSetting::Intensity,
                 field(&mut light.intensity, 0.05, 0.0..=1e4, "intensity "),
                 "At 3.14, a white surface that faces the light is rendered white",
             ),
@@ -442,9 +423,13 @@ fn light_ui(ui: &mut Ui, index: usize, light: &mut PlacedLight) -> bool {
     ];
     for row in rows {
         ui.horizontal(|ui| {
-            let width = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
-            for (number, hint) in row {
+            ui.spacing_mut().item_spacing.x = 2.0;
+            let width = 0.5 * (ui.available_width() - 3.0 * 2.0) - diamond::WIDTH;
+            for (setting, number, hint) in row {
                 ui.add_sized(vec2(width, 22.0), number).on_hover_text(hint);
+                let (rect, _) = ui.allocate_exact_size(vec2(diamond::WIDTH, 22.0), Sense::hover());
+                let called = of(setting).title(&context.state.look.lighting);
+                diamond::within_ui(ui, context, (&[of(setting)], &called), rect, out);
             }
         });
     }

@@ -3,6 +3,7 @@
 mod accuracy;
 mod checks;
 mod closing;
+mod diamond;
 mod effects;
 mod environments;
 mod export;

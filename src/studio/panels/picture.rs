@@ -5,12 +5,14 @@ use crate::icons;
 use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::panels::bar_ui;
+use crate::panels::diamond::{animated_ui, beside_ui};
 use crate::panels::group::Heading;
 use crate::panels::numbers::computing;
 use crate::panels::rows::{BESIDE, Row, choice_ui, grid};
 use egui::Ui;
 use scene::{
-    Background, Channel, EXPOSURE_STOPS, Effects, Inspection, STRENGTHS, Strength, ViewTransform,
+    Background, Channel, EXPOSURE_STOPS, Effects, Inspection, STRENGTHS, Setting, Strength,
+    ViewTransform,
 };
 
 /// The panel has no state of its own.
@@ -28,6 +30,7 @@ impl PicturePanel {
                     exposure_ui(ui, context, out);
                     views_ui(ui, context, out);
                 });
+                animated_ui(ui, context, Group::Picture);
             },
         );
         Heading::of(Group::Effects, context).ui(
@@ -36,6 +39,7 @@ impl PicturePanel {
             |_, _| {},
             |ui, out| {
                 grid("effects").show(ui, |ui| effects_ui(ui, context, out));
+                animated_ui(ui, context, Group::Effects);
             },
         );
     }
@@ -77,9 +81,10 @@ fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .fixed_decimals(2)
         .suffix(" stops");
     let field = (field, look.exposure_stops, &EXPOSURE_STOPS);
-    bar_ui(ui, "Exposure", field, BESIDE, out, || {
+    let field = bar_ui(ui, "Exposure", field, BESIDE, out, || {
         Command::Look(LookCommand::Exposure(0.0))
     });
+    beside_ui(ui, context, Setting::Exposure, field.rect, out);
     if stops != look.exposure_stops {
         out.push(Command::Look(LookCommand::Exposure(stops)));
     }
@@ -100,6 +105,7 @@ fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 fn row(strength: &Strength) -> Row<Effects> {
     Row {
         name: strength.label,
+        setting: Setting::Effect(strength.pass),
         of: strength.of,
         range: 0.0..=strength.most,
         speed: strength.most / 200.0,
@@ -143,9 +149,11 @@ fn views_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let effects = context.state.look.effects;
     for strength in STRENGTHS {
-        row(strength).ui(ui, &effects, out, |wanted| {
+        let row = row(strength);
+        let field = row.ui(ui, &effects, out, |wanted| {
             Command::Look(LookCommand::Effects(wanted))
         });
+        beside_ui(ui, context, row.setting, field.rect, out);
         ui.end_row();
     }
 }

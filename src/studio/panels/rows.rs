@@ -5,6 +5,7 @@ use super::numbers::computing;
 use crate::command::Command;
 use crate::theme::{self, GAP};
 use egui::{Frame, Grid, Response, Ui};
+use scene::Setting;
 use std::ops::RangeInclusive;
 
 /// Width of a row's name, and of its field, in points.
@@ -36,6 +37,8 @@ pub fn segments_ui<R>(ui: &mut Ui, choices: impl FnOnce(&mut Ui) -> R) -> R {
 /// One number of the settings `T`.
 pub struct Row<T> {
     pub name: &'static str,
+    /// What its keys are of.
+    pub setting: Setting,
     pub of: fn(&mut T) -> &mut f32,
     /// What the number may be, and the bar's ends.
     pub range: RangeInclusive<f32>,
@@ -62,6 +65,8 @@ impl<T: Clone + Default + PartialEq> Row<T> {
         let field = computing((self.of)(&mut changed))
             .speed(self.speed)
             .range(self.range.clone())
+            // Keys may lead an angle around several times.
+            .clamp_existing_to_range(false)
             .fixed_decimals(self.decimals)
             .suffix(self.suffix);
         let reset = || {

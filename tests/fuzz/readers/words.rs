@@ -5,7 +5,7 @@ use fuzz::{Outcome, Target};
 use imaging::{Image, Response};
 use light::PlacedLight;
 use light::conventions::Front;
-use light::keyframes::Keyframes;
+use light::keyframes::{Interpolation, Keyframes};
 use std::path::Path;
 use test_support::shown;
 
@@ -51,6 +51,11 @@ fn keyframes(text: &str) -> Result<(), String> {
         );
     }
     let _ = keys.shift(0, 7.0, -1.0);
+    keys.set_kind(0, Interpolation::Bezier);
+    if keys.set_slopes(0, [None, Some(1e9)]).is_ok() {
+        keys.insert(8.0, 1e9).map_err(|e| e.to_string())?;
+        assert!(keys.at(7.5).is_some_and(f64::is_finite), "{keys:?}");
+    }
     keys.remove(1);
     Ok(())
 }

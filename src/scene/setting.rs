@@ -1,0 +1,373 @@
+//! The settings of a picture that can have keys, by names that files keep.
+
+use super::{EXPOSURE_STOPS, Effects, Pass, STRENGTHS, Strength};
+use base::numbers::ANGLES;
+use light::{Lighting, white};
+use serde::{Deserialize, Serialize};
+use std::fmt::{self, Display};
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+/// A number that can change over the clip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Setting {
+    Yaw,
+    Pitch,
+    Roll,
+    BackgroundYaw,
+    Intensity,
+    Temperature,
+    Tint,
+    Exposure,
+    /// The strength that asks for a pass.
+    Effect(Pass),
+    /// A number of the placed light with this [`light::PlacedLight::id`].
+    Light(u32, LightSetting),
+}
+
+/// A number of a placed light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LightSetting {
+    Yaw,
+    Pitch,
+    Radius,
+    Intensity,
+    Red,
+    Green,
+    Blue,
+}
+
+/// What a setting is measured in: keys can be copied between settings of one unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    Degrees,
+    Stops,
+    Kelvin,
+    Tint,
+    /// The strength of an effect.
+    Strength,
+    /// A placed light's energy.
+    Energy,
+    /// A channel of a colour.
+    Channel,
+}
+
+/// Where the settings are that can have keys.
+pub struct Animated<'a> {
+    pub yaw_deg: &'a mut f32,
+    pub exposure_stops: &'a mut f32,
+    pub lighting: &'a mut Lighting,
+    pub effects: &'a mut Effects,
+}
+
+/// The settings of the picture besides effects: name in files, and in the window.
+const PLAIN: [(Setting, &str, &str); 8] = [
+    (Setting::Yaw, "yaw", "Yaw"),
+    (Setting::Pitch, "pitch", "Pitch"),
+    (Setting::Roll, "roll", "Roll"),
+    (Setting::BackgroundYaw, "background_yaw", "Background yaw"),
+    (Setting::Intensity, "intensity", "Intensity"),
+    (Setting::Temperature, "temperature", "Temperature"),
+    (Setting::Tint, "tint", "Tint"),
+    (Setting::Exposure, "exposure", "Exposure"),
+];
+
+impl LightSetting {
+    /// All of them, with name in files, and in the window.
+    pub const ALL: [(Self, &'static str, &'static str); 7] = [
+        (Self::Yaw, "yaw", "azimuth"),
+        (Self::Pitch, "pitch", "elevation"),
+        (Self::Radius, "radius", "radius"),
+        (Self::Intensity, "intensity", "intensity"),
+        (Self::Red, "red", "red"),
+        (Self::Green, "green", "green"),
+        (Self::Blue, "blue", "blue"),
+    ];
+
+    fn names(self) -> (&'static str, &'static str) {
+        let found = Self::ALL.iter().find(|(setting, ..)| *setting == self);
+        found.map_or(("", ""), |(_, name, title)| (name, title))
+    }
+}
+
+impl Unit {
+    /// What stands behind a number.
+    pub fn suffix(self) -> &'static str {
+        match self {
+            Self::Degrees => "°",
+            Self::Stops => " stops",
+            Self::Kelvin => " K",
+            _ => "",
+        }
+    }
+
+    /// A change of it that can be seen.
+    pub fn step(self) -> f32 {
+        match self {
+            Self::Degrees | Self::Tint => 10.0,
+            Self::Stops | Self::Energy => 0.5,
+            Self::Kelvin => 500.0,
+            Self::Strength | Self::Channel => 0.1,
+        }
+    }
+
+    /// Digits behind the point.
+    pub fn decimals(self) -> usize {
+        match self {
+            Self::Degrees => 1,
+            Self::Kelvin | Self::Tint => 0,
+            _ => 2,
+        }
+    }
+}
+
+impl Setting {
+    /// What it is called in the window.
+    pub fn title(self, lighting: &Lighting) -> String {
+        match self {
+            Self::Effect(pass) => strength(pass).map_or("", |strength| strength.label).into(),
+            Self::Light(id, setting) => {
+                let index = index(id, lighting);
+                let light = index.map_or("Light".to_owned(), |i| lighting.placed[i].title(i));
+                format!("{light} {}", setting.names().1)
+            }
+            plain => plain.names().1.to_owned(),
+        }
+    }
+
+    fn names(self) -> (&'static str, &'static str) {
+        let found = PLAIN.iter().find(|(setting, ..)| *setting == self);
+        found.map_or(("", ""), |(_, name, title)| (name, title))
+    }
+
+    /// What it is measured in.
+    pub fn unit(self) -> Unit {
+        match self {
+            Self::Yaw | Self::Pitch | Self::Roll | Self::BackgroundYaw => Unit::Degrees,
+            Self::Intensity | Self::Exposure => Unit::Stops,
+            Self::Temperature => Unit::Kelvin,
+            Self::Tint => Unit::Tint,
+            Self::Effect(_) => Unit::Strength,
+            Self::Light(_, setting) => match setting {
+                LightSetting::Yaw | LightSetting::Pitch | LightSetting::Radius => Unit::Degrees,
+                LightSetting::Intensity => Unit::Energy,
+                LightSetting::Red | LightSetting::Green | LightSetting::Blue => Unit::Channel,
+            },
+        }
+    }
+
+    /// What it may be. Angles may turn around many times.
+    pub fn range(self) -> RangeInclusive<f32> {
+        match self {
+            Self::Yaw | Self::Pitch | Self::Roll | Self::BackgroundYaw => ANGLES,
+            Self::Intensity => Lighting::STOPS,
+            Self::Exposure => EXPOSURE_STOPS,
+            Self::Temperature => white::RANGE_K,
+            Self::Tint => -150.0..=150.0,
+            Self::Effect(pass) => 0.0..=strength(pass).map_or(0.0, |strength| strength.most),
+            Self::Light(_, setting) => match setting {
+                LightSetting::Yaw => ANGLES,
+                LightSetting::Pitch => -90.0..=90.0,
+                LightSetting::Radius => 0.0..=85.0,
+                _ => 0.0..=1e4,
+            },
+        }
+    }
+
+    /// A value within [`Self::range`]; NaN stays.
+    pub fn bounded(self, value: f64) -> f64 {
+        let range = self.range();
+        value.clamp(f64::from(*range.start()), f64::from(*range.end()))
+    }
+
+    /// Its place; None if there is no such light.
+    pub fn place<'a>(self, of: &'a mut Animated<'_>) -> Option<&'a mut f32> {
+        Some(match self {
+            Self::Yaw => &mut *of.yaw_deg,
+            Self::Pitch => &mut of.lighting.pitch_deg,
+            Self::Roll => &mut of.lighting.roll_deg,
+            Self::BackgroundYaw => &mut of.lighting.background_yaw_deg,
+            Self::Intensity => &mut of.lighting.intensity_stops,
+            Self::Temperature => &mut of.lighting.temperature_k,
+            Self::Tint => &mut of.lighting.tint,
+            Self::Exposure => &mut *of.exposure_stops,
+            Self::Effect(pass) => (strength(pass)?.of)(of.effects),
+            Self::Light(id, setting) => {
+                let light = index(id, of.lighting)?;
+                let light = &mut of.lighting.placed[light];
+                match setting {
+                    LightSetting::Yaw => &mut light.yaw_deg,
+                    LightSetting::Pitch => &mut light.pitch_deg,
+                    LightSetting::Radius => &mut light.radius_deg,
+                    LightSetting::Intensity => &mut light.intensity,
+                    LightSetting::Red => &mut light.color[0],
+                    LightSetting::Green => &mut light.color[1],
+                    LightSetting::Blue => &mut light.color[2],
+                }
+            }
+        })
+    }
+
+    /// Whether there is such a setting under this lighting.
+    pub fn exists(self, lighting: &Lighting) -> bool {
+        match self {
+            Self::Light(id, _) => index(id, lighting).is_some(),
+            _ => true,
+        }
+    }
+}
+
+fn strength(pass: Pass) -> Option<&'static Strength> {
+    STRENGTHS.iter().find(|strength| strength.pass == pass)
+}
+
+/// The place of a light among the others.
+fn index(id: u32, lighting: &Lighting) -> Option<usize> {
+    lighting.placed.iter().position(|light| light.id == id)
+}
+
+impl Display for Setting {
+    /// Its name in files, such as `pitch`, `effects.glare` and `lights.2.yaw`.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match *self {
+            Self::Effect(pass) => write!(f, "effects.{}", pass.name()),
+            Self::Light(id, setting) => write!(f, "lights.{id}.{}", setting.names().0),
+            plain => f.write_str(plain.names().0),
+        }
+    }
+}
+
+impl FromStr for Setting {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let light = |rest: &str| {
+            let (id, name) = rest.split_once('.')?;
+            let id = id.parse().ok().filter(|id| *id > 0)?;
+            let all = LightSetting::ALL;
+            let (setting, ..) = *all.iter().find(|(_, own, _)| *own == name)?;
+            Some(Self::Light(id, setting))
+        };
+        let found = match text.split_once('.') {
+            Some(("effects", name)) => STRENGTHS
+                .iter()
+                .find(|strength| strength.pass.name() == name)
+                .map(|strength| Self::Effect(strength.pass)),
+            Some(("lights", rest)) => light(rest),
+            _ => (PLAIN.iter())
+                .find(|(_, name, _)| *name == text)
+                .map(|(setting, ..)| *setting),
+        };
+        found.ok_or_else(|| {
+            let plain = PLAIN.map(|(_, name, _)| name).join(", ");
+            format!(
+                "{text:?} is no setting that can have keys: those are {plain}, effects.NAME such as effects.glare, and \
+                 lights.NUMBER.NAME such as lights.1.yaw"
+            )
+        })
+    }
+}
+
+impl TryFrom<String> for Setting {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Setting> for String {
+    fn from(setting: Setting) -> Self {
+        setting.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use light::PlacedLight;
+
+    /// Every setting of a picture with two lights.
+    fn all() -> (Vec<Setting>, Lighting) {
+        let mut lighting = Lighting {
+            placed: vec![PlacedLight::default(); 2],
+            ..Lighting::default()
+        };
+        lighting.number_lights();
+        let plain = PLAIN.map(|(setting, ..)| setting).into_iter();
+        let effects = STRENGTHS.iter().map(|s| Setting::Effect(s.pass));
+        let lights = [1, 2].into_iter().flat_map(|id| {
+            let all = LightSetting::ALL;
+            all.map(|(setting, ..)| Setting::Light(id, setting))
+        });
+        (plain.chain(effects).chain(lights).collect(), lighting)
+    }
+
+    #[test]
+    fn every_setting_has_a_name_of_its_own_that_leads_back_to_it() {
+        let (all, lighting) = all();
+        let mut names: Vec<String> = all.iter().map(ToString::to_string).collect();
+        for (setting, name) in all.iter().zip(&names) {
+            assert_eq!(name.parse(), Ok(*setting));
+            assert!(setting.exists(&lighting));
+        }
+        assert_eq!(
+            [
+                Setting::Pitch,
+                Setting::Effect(Pass::Glare),
+                all[all.len() - 7]
+            ]
+            .map(String::from),
+            ["pitch", "effects.glare", "lights.2.yaw"]
+        );
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), all.len());
+        let mut titles: Vec<String> = all.iter().map(|s| s.title(&lighting)).collect();
+        titles.sort();
+        titles.dedup();
+        assert_eq!(titles.len(), all.len(), "{titles:?}");
+    }
+
+    #[test]
+    fn what_is_no_setting_is_refused_in_a_sentence() {
+        for text in [
+            "",
+            "yaw_deg",
+            "effects.relight",
+            "effects.",
+            "lights.0.yaw",
+            "lights.-1.yaw",
+            "lights.1",
+            "lights.1.size.x",
+            "lights.99999999999.yaw",
+        ] {
+            let said = text.parse::<Setting>().unwrap_err();
+            assert!(said.contains("effects.glare"), "{said}");
+        }
+        assert!(!Setting::Light(9, LightSetting::Yaw).exists(&Lighting::default()));
+    }
+
+    #[test]
+    fn every_setting_has_a_place_of_its_own_and_values_within_its_range() {
+        let (all, lighting) = all();
+        let mut seen = Vec::new();
+        for setting in all {
+            let (mut yaw_deg, mut exposure_stops) = (0.0, 0.0);
+            let (mut lighting, mut effects) = (lighting.clone(), Effects::default());
+            let mut places = Animated {
+                yaw_deg: &mut yaw_deg,
+                exposure_stops: &mut exposure_stops,
+                lighting: &mut lighting,
+                effects: &mut effects,
+            };
+            let value = setting.bounded(1e12) as f32;
+            assert_eq!(value, *setting.range().end());
+            *setting.place(&mut places).unwrap() = value;
+            let changed = (yaw_deg, exposure_stops, lighting, effects);
+            assert!(!seen.contains(&changed), "{setting:?}");
+            seen.push(changed);
+        }
+    }
+}

@@ -1,0 +1,417 @@
+//! The keys that are selected on the timeline, and what is done to them: each act gives the lanes as they are afterwards.
+
+use light::Lighting;
+use light::keyframes::{Interpolation, Key, Keyframes};
+use scene::{Animation, Setting};
+
+/// Settings with the keys that they are to have.
+pub type Lanes = Vec<(Setting, Keyframes)>;
+
+/// Keys that are selected, by their settings and frames.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KeySelection {
+    keys: Vec<(Setting, f64)>,
+}
+
+impl KeySelection {
+    /// One key alone.
+    pub fn one(setting: Setting, frame: f64) -> Self {
+        Self {
+            keys: vec![(setting, frame)],
+        }
+    }
+
+    /// All keys of a setting.
+    pub fn lane(setting: Setting, animation: &Animation) -> Self {
+        let keys = animation.of(setting).map_or(&[][..], Keyframes::keys);
+        Self {
+            keys: keys.iter().map(|key| (setting, key.frame)).collect(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.keys.is_empty()
+    }
+
+    pub fn len(&self) -> usize {
+        self.keys.len()
+    }
+
+    pub fn contains(&self, setting: Setting, frame: f64) -> bool {
+        self.keys.contains(&(setting, frame))
+    }
+
+    pub fn add(&mut self, setting: Setting, frame: f64) {
+        if !self.contains(setting, frame) {
+            self.keys.push((setting, frame));
+        }
+    }
+
+    /// Adds a key, or takes it out.
+    pub fn toggle(&mut self, setting: Setting, frame: f64) {
+        match self.keys.iter().position(|key| *key == (setting, frame)) {
+            Some(place) => drop(self.keys.remove(place)),
+            None => self.add(setting, frame),
+        }
+    }
+
+    /// Forgets keys that are no longer there.
+    pub fn keep(&mut self, animation: &Animation) {
+        self.keys.retain(|(setting, frame)| {
+            let keys = animation.of(*setting);
+            keys.is_some_and(|keys| keys.index_at(*frame).is_some())
+        });
+    }
+
+    /// Those of one setting alone.
+    pub fn within(&self, setting: Setting) -> Self {
+        let own = self.keys.iter().filter(|(of, _)| *of == setting);
+        Self {
+            keys: own.copied().collect(),
+        }
+    }
+
+    /// The lanes with selected keys after `change`, which is given each lane and the frames that are selected in it.
+    fn changed(
+        &self,
+        animation: &Animation,
+        change: impl Fn(Setting, &mut Keyframes, &[f64]),
+    ) -> Lanes {
+        let mut lanes = Lanes::new();
+        for (setting, keys) in animation.lanes() {
+            let own = self.keys.iter().filter(|(of, _)| *of == setting);
+            let frames: Vec<f64> = own.map(|(_, frame)| *frame).collect();
+            if !frames.is_empty() {
+                let mut keys = keys.clone();
+                change(setting, &mut keys, &frames);
+                lanes.push((setting, keys));
+            }
+        }
+        lanes
+    }
+
+    /// All moved by so many frames, as far as they stay between the first frame and `last`, and raised by `value`, within the
+    /// range of their settings. A key that is not selected gives way to one that is moved there.
+    pub fn moved(
+        &self,
+        animation: &Animation,
+        frames: f64,
+        value: f64,
+        last: usize,
+    ) -> (Lanes, Self) {
+        let all = self.keys.iter().map(|(_, frame)| *frame);
+        let earliest = all.clone().fold(f64::INFINITY, f64::min);
+        let latest = all.fold(f64::NEG_INFINITY, f64::max);
+        let least = (-earliest).min(0.0);
+        let frames = frames.clamp(least, (last as f64 - latest).max(0.0).max(least));
+        let lanes = self.changed(animation, |setting, keys, selected| {
+            let taken = take(keys, selected);
+            for key in taken {
+                // Within the bounds of any key.
+                let _ = keys.put(Key {
+                    frame: key.frame + frames,
+                    value: match value {
+                        0.0 => key.value,
+                        _ => setting.bounded(key.value + value),
+                    },
+                    ..key
+                });
+            }
+        });
+        let keys = self.keys.iter();
+        let keys = keys.map(|(setting, frame)| (*setting, frame + frames));
+        let moved = Self {
+            keys: keys.collect(),
+        };
+        (lanes, moved)
+    }
+
+    /// All removed.
+    pub fn removed(&self, animation: &Animation) -> Lanes {
+        self.changed(animation, |_, keys, selected| drop(take(keys, selected)))
+    }
+
+    /// All going on like this to their next keys.
+    pub fn interpolated(&self, animation: &Animation, kind: Interpolation) -> Lanes {
+        self.changed(animation, |_, keys, selected| {
+            for index in selected
+                .iter()
+                .filter_map(|frame| keys.index_at(*frame))
+                .collect::<Vec<_>>()
+            {
+                keys.set_kind(index, kind);
+            }
+        })
+    }
+
+    /// All with automatic tangents.
+    pub fn with_automatic_tangents(&self, animation: &Animation) -> Lanes {
+        self.changed(animation, |_, keys, selected| {
+            for index in selected
+                .iter()
+                .filter_map(|frame| keys.index_at(*frame))
+                .collect::<Vec<_>>()
+            {
+                // There is such a key.
+                let _ = keys.set_slopes(index, [None, None]);
+            }
+        })
+    }
+
+    /// Whether any has a tangent that was set by hand.
+    pub fn has_own_tangents(&self, animation: &Animation) -> bool {
+        self.changed(animation, |_, _, _| {})
+            .iter()
+            .flat_map(|(setting, keys)| keys.keys().iter().map(|key| (*setting, key)))
+            .filter(|(setting, key)| self.contains(*setting, key.frame))
+            .any(|(_, key)| key.slope_in.is_some() || key.slope_out.is_some())
+    }
+
+    /// How they go on, if all do so alike.
+    pub fn kind(&self, animation: &Animation) -> Option<Interpolation> {
+        let mut kinds = self.keys.iter().filter_map(|(setting, frame)| {
+            let keys = animation.of(*setting)?;
+            Some(keys.kind(keys.index_at(*frame)?))
+        });
+        let first = kinds.next()?;
+        kinds.all(|kind| kind == first).then_some(first)
+    }
+
+    /// A copy as text, whose first key is at frame 0: what `relight --keys` reads.
+    pub fn copied(&self, animation: &Animation) -> String {
+        let frames = self.keys.iter().map(|(_, frame)| *frame);
+        let first = frames.fold(f64::INFINITY, f64::min);
+        let mut copy = Animation::default();
+        for (setting, keys) in self.changed(animation, |_, _, _| {}) {
+            let mut own = Keyframes::NONE;
+            own.interpolation = keys.interpolation;
+            for (index, key) in keys.keys().iter().enumerate() {
+                if self.contains(setting, key.frame) {
+                    let key = Key {
+                        frame: key.frame - first,
+                        interpolation: Some(keys.kind(index)),
+                        ..*key
+                    };
+                    // Within the bounds of any key.
+                    let _ = own.put(key);
+                }
+            }
+            copy.set(setting, own);
+        }
+        serde_json::to_string_pretty(&copy).unwrap_or_default()
+    }
+}
+
+/// Takes the keys at these frames out.
+fn take(keys: &mut Keyframes, frames: &[f64]) -> Vec<Key> {
+    let take = |frame: &f64| keys.remove(keys.index_at(*frame)?);
+    frames.iter().filter_map(take).collect()
+}
+
+/// What [`KeySelection::copied`] gave, with its first key at `frame`: the lanes with these keys, and the keys. Keys of one lane
+/// go to `onto`, if that has the same unit, and all others to their own settings.
+///
+/// # Errors
+/// A sentence when the text holds no keys, or none of settings that are there.
+pub fn pasted(
+    text: &str,
+    frame: usize,
+    onto: Option<Setting>,
+    (animation, lighting): (&Animation, &Lighting),
+) -> Result<(Lanes, KeySelection), String> {
+    let copy: Option<Animation> = serde_json::from_str(text).ok();
+    let copy = copy
+        .filter(|copy| !copy.is_empty())
+        .ok_or("The clipboard holds no keys. Select some and press Ctrl+C")?;
+    let is_one = copy.lanes().count() == 1;
+    let (mut lanes, mut selection) = (Lanes::new(), KeySelection::default());
+    for (of, copied) in copy.lanes() {
+        let onto = onto.filter(|onto| is_one && onto.unit() == of.unit());
+        let setting = onto.unwrap_or(of);
+        if !setting.exists(lighting) {
+            continue;
+        }
+        let mut keys = animation.of(setting).cloned().unwrap_or_default();
+        for (index, key) in copied.keys().iter().enumerate() {
+            let key = Key {
+                frame: key.frame + frame as f64,
+                value: setting.bounded(key.value),
+                interpolation: Some(copied.kind(index)),
+                ..*key
+            };
+            if keys.put(key).is_ok() {
+                selection.add(setting, key.frame);
+            }
+        }
+        lanes.push((setting, keys));
+    }
+    match selection.is_empty() {
+        true => Err("The copied keys belong to lights that are not here".to_owned()),
+        false => Ok((lanes, selection)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use light::PlacedLight;
+    use scene::{LightSetting, Pass};
+
+    fn keys(text: &str) -> Keyframes {
+        text.parse().unwrap()
+    }
+
+    fn animation(lanes: &[(Setting, &str)]) -> Animation {
+        let mut animation = Animation::default();
+        for (setting, text) in lanes {
+            animation.set(*setting, keys(text));
+        }
+        animation
+    }
+
+    fn selection(keys: &[(Setting, f64)]) -> KeySelection {
+        KeySelection { keys: keys.into() }
+    }
+
+    const YAW: Setting = Setting::Yaw;
+    const PITCH: Setting = Setting::Pitch;
+    const GLARE: Setting = Setting::Effect(Pass::Glare);
+
+    fn frames(lanes: &Lanes, of: Setting) -> Vec<f64> {
+        let lane = lanes.iter().find(|(setting, _)| *setting == of);
+        let keys = lane.unwrap().1.keys();
+        keys.iter().map(|key| key.frame).collect()
+    }
+
+    #[test]
+    fn keys_of_many_lanes_move_together_and_stay_within_the_clip() {
+        let animation = animation(&[(YAW, "2:0,5:30,9:60"), (GLARE, "4:0.5,8:1")]);
+        let selected = selection(&[(YAW, 2.0), (YAW, 5.0), (GLARE, 4.0)]);
+        let (lanes, moved) = selected.moved(&animation, 2.0, 0.0, 10);
+        assert_eq!(frames(&lanes, YAW), [4.0, 7.0, 9.0]);
+        assert_eq!(frames(&lanes, GLARE), [6.0, 8.0]);
+        assert!(moved.contains(YAW, 7.0) && moved.contains(GLARE, 6.0) && moved.len() == 3);
+        let (lanes, _) = selected.moved(&animation, -99.0, 0.0, 10);
+        assert_eq!(frames(&lanes, YAW), [0.0, 3.0, 9.0]);
+        let (lanes, _) = selected.moved(&animation, 99.0, 0.0, 10);
+        assert_eq!(frames(&lanes, YAW), [7.0, 9.0, 10.0]);
+        // One that is not selected gives way, and comes back when the drag goes on.
+        let (lanes, _) = selected.moved(&animation, 4.0, 0.0, 10);
+        assert_eq!(frames(&lanes, GLARE), [8.0]);
+        assert_eq!(lanes[1].1.keys()[0].value, 0.5);
+        let (lanes, _) = selected.moved(&animation, 5.0, 0.0, 10);
+        assert_eq!(frames(&lanes, GLARE), [8.0, 9.0]);
+        // Keys beyond the clip do not come nearer by themselves.
+        let beyond = selection(&[(YAW, 9.0)]);
+        assert_eq!(beyond.moved(&animation, 3.0, 0.0, 5).1, beyond);
+    }
+
+    #[test]
+    fn values_are_raised_within_the_range_of_their_setting() {
+        let animation = animation(&[(GLARE, "0:0.5,8:0.75")]);
+        let selected = KeySelection::lane(GLARE, &animation);
+        let (lanes, _) = selected.moved(&animation, 0.0, 0.3, 10);
+        let values: Vec<f64> = lanes[0].1.keys().iter().map(|key| key.value).collect();
+        assert_eq!(values, [0.8, 1.0]);
+    }
+
+    #[test]
+    fn selected_keys_are_removed_and_shaped() {
+        let animation = animation(&[(YAW, "2:0,5:30,9:60"), (GLARE, "4:0.5")]);
+        let selected = selection(&[(YAW, 5.0), (GLARE, 4.0)]);
+        let lanes = selected.removed(&animation);
+        assert_eq!(
+            (frames(&lanes, YAW), frames(&lanes, GLARE)),
+            (vec![2.0, 9.0], vec![])
+        );
+        assert_eq!(selected.kind(&animation), Some(Interpolation::Smooth));
+        let lanes = selected.interpolated(&animation, Interpolation::Hold);
+        assert_eq!(lanes[0].1.kind(1), Interpolation::Hold);
+        assert_eq!(lanes[0].1.kind(0), Interpolation::Smooth);
+        let mut held = animation.clone();
+        held.set(YAW, lanes[0].1.clone());
+        assert_eq!(selected.kind(&held), None, "not all go on alike");
+        let mut own = keys("2:0,5:30");
+        own.set_slopes(1, [Some(3.0), None]).unwrap();
+        held.set(YAW, own);
+        assert!(selected.has_own_tangents(&held));
+        let lanes = selected.with_automatic_tangents(&held);
+        assert_eq!(lanes[0].1, keys("2:0,5:30"));
+        assert!(!selection(&[(YAW, 2.0)]).has_own_tangents(&held));
+    }
+
+    #[test]
+    fn a_selection_forgets_what_is_gone() {
+        let mut selected = selection(&[(YAW, 2.0), (YAW, 3.0), (PITCH, 2.0)]);
+        selected.keep(&animation(&[(YAW, "2:0,9:1")]));
+        assert_eq!(selected, KeySelection::one(YAW, 2.0));
+        selected.toggle(YAW, 9.0);
+        selected.toggle(YAW, 2.0);
+        assert_eq!(selected, KeySelection::one(YAW, 9.0));
+        assert!(selected.within(PITCH).is_empty());
+    }
+
+    #[test]
+    fn keys_are_pasted_at_the_frame_in_their_lanes_or_in_one_of_the_same_unit() {
+        let mut source = animation(&[(YAW, "2:0,5:30,9:60"), (GLARE, "4:0.5")]);
+        let mut shaped = source.of(YAW).unwrap().clone();
+        shaped.set_kind(1, Interpolation::Hold);
+        shaped.set_slopes(1, [Some(2.0), None]).unwrap();
+        source.set(YAW, shaped);
+        let lighting = Lighting {
+            placed: vec![PlacedLight {
+                id: 1,
+                ..PlacedLight::default()
+            }],
+            ..Lighting::default()
+        };
+        let copied = selection(&[(YAW, 5.0), (YAW, 9.0)]).copied(&source);
+        let paste = |text: &str, onto| pasted(text, 6, onto, (&source, &lighting));
+        let (lanes, selected) = paste(&copied, None).unwrap();
+        assert_eq!(frames(&lanes, YAW), [2.0, 5.0, 6.0, 9.0, 10.0]);
+        assert!(selected.contains(YAW, 6.0) && selected.contains(YAW, 10.0));
+        let azimuth = Setting::Light(1, LightSetting::Yaw);
+        let (lanes, selected) = paste(&copied, Some(azimuth)).unwrap();
+        assert_eq!((lanes.len(), frames(&lanes, azimuth)), (1, vec![6.0, 10.0]));
+        assert_eq!(lanes[0].1.kind(0), Interpolation::Hold);
+        assert_eq!(lanes[0].1.keys()[0].slope_in, Some(2.0));
+        assert_eq!(selected.len(), 2);
+        // Degrees are no strengths, and no key is given a value that its setting cannot have.
+        let (lanes, _) = paste(&copied, Some(GLARE)).unwrap();
+        assert_eq!(lanes[0].0, YAW);
+        let pitch = Setting::Light(1, LightSetting::Pitch);
+        let wide = selection(&[(YAW, 0.0)]).copied(&animation(&[(YAW, "0:700")]));
+        assert_eq!(
+            paste(&wide, Some(pitch)).unwrap().0[0].1.keys()[0].value,
+            90.0
+        );
+        // Of several lanes each goes to its own.
+        let both = selection(&[(YAW, 5.0), (GLARE, 4.0)]).copied(&source);
+        let (lanes, _) = paste(&both, Some(azimuth)).unwrap();
+        assert_eq!(
+            (frames(&lanes, GLARE), frames(&lanes, YAW)),
+            (vec![4.0, 6.0], vec![2.0, 5.0, 7.0, 9.0])
+        );
+    }
+
+    #[test]
+    fn what_is_no_copy_of_keys_is_refused() {
+        let nothing = (&Animation::default(), &Lighting::default());
+        for text in ["", "a text", "{\"tilt\": {}}", "[1, 2]"] {
+            assert!(
+                pasted(text, 0, None, nothing)
+                    .unwrap_err()
+                    .contains("no keys")
+            );
+        }
+        let lost = "{\"lights.3.yaw\": {\"keys\": [{\"frame\": 0, \"value\": 1}]}}";
+        let said = pasted(lost, 0, None, nothing).unwrap_err();
+        assert!(said.contains("not here"), "{said}");
+        assert!(pasted("{}", 0, None, nothing).is_err());
+        let far = format!(
+            "{{\"yaw\": {{\"keys\": [{{\"frame\": {}, \"value\": 1}}]}}}}",
+            1e9
+        );
+        assert!(pasted(&far, 5, None, nothing).is_err());
+    }
+}

@@ -1,0 +1,327 @@
+//! The curve of a lane over the frames, with keys and tangents that are dragged.
+
+use super::TimelinePanel;
+use super::drag::{KeyDrag, Side, turned};
+use super::lanes::{nearest, push_changed};
+use super::track::Track;
+use crate::command::Command;
+use crate::key_selection::KeySelection;
+use crate::panel_context::PanelContext;
+use crate::theme::{self, GAP};
+use egui::{
+    Align2, Color32, FontId, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui, Vec2,
+    WidgetInfo, pos2, vec2,
+};
+use light::keyframes::Keyframes;
+use scene::Setting;
+
+/// Length of a tangent in points, and radius of the knob at its end.
+const TANGENT: f32 = 44.0;
+const KNOB: f32 = 4.0;
+/// The least distance of two lines of the grid in points.
+const GRID: f32 = 26.0;
+/// A drag by fewer points up or down leaves the value as it is.
+const STILL: f32 = 4.0;
+
+/// Where frames and values are.
+#[derive(Clone, Copy)]
+struct Plot {
+    track: Track,
+    rect: Rect,
+    /// At the bottom and at the top.
+    values: [f64; 2],
+}
+
+impl Plot {
+    /// Points that a value of 1 takes.
+    fn scale(&self) -> f64 {
+        f64::from(self.rect.height()) / (self.values[1] - self.values[0])
+    }
+
+    fn at(&self, frame: f64, value: f64) -> Pos2 {
+        let up = (value - self.values[0]) * self.scale();
+        pos2(self.track.x(frame), self.rect.bottom() - up as f32)
+    }
+
+    fn value(&self, y: f32) -> f64 {
+        self.values[0] + f64::from(self.rect.bottom() - y) / self.scale()
+    }
+
+    /// The knob of a tangent of a key with this slope, within the plot.
+    fn knob(&self, key: Pos2, side: Side, slope: f64) -> Pos2 {
+        let along = vec2(self.track.cell(), (-slope * self.scale()) as f32);
+        let along = side.sign() * along.normalized();
+        let room = match along.y < 0.0 {
+            true => key.y - self.rect.top(),
+            false => self.rect.bottom() - key.y,
+        };
+        let length = (room - KNOB).max(2.0 * KNOB) / along.y.abs().max(1e-3);
+        key + length.min(TANGENT) * along
+    }
+}
+
+/// The values that a curve spans over a clip, with some room.
+fn span(of: Setting, keys: &Keyframes, frames: usize) -> [f64; 2] {
+    let last = frames.saturating_sub(1) as f64;
+    let along = (0..=200).map(|i| last * f64::from(i) / 200.0);
+    let keyed = keys.keys().iter().map(|key| key.frame);
+    let values = along.chain(keyed).filter_map(|frame| keys.at(frame));
+    let (least, most) = values.map(|value| of.bounded(value)).fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(least, most), value| (least.min(value), most.max(value)),
+    );
+    let room = (0.15 * (most - least)).max(f64::from(of.unit().step()));
+    [least - room, most + room]
+}
+
+/// A distance of lines of at least `least`: 1, 2 or 5 times a power of ten.
+fn grid(least: f64) -> f64 {
+    let decade = 10f64.powf(least.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|times| times * decade);
+    (steps.into_iter().find(|step| *step >= least)).unwrap_or(steps[3])
+}
+
+impl TimelinePanel {
+    pub(super) fn curve_ui(
+        &mut self,
+        ui: &Ui,
+        context: &PanelContext,
+        of: Setting,
+        (track, rect): (Track, Rect),
+        out: &mut Vec<Command>,
+    ) {
+        let look = &context.state.look;
+        let keys = look.keys(of);
+        if self.drag.is_none() {
+            self.values = span(of, keys, context.state.frames);
+        }
+        let plot = Plot {
+            track,
+            rect: rect.shrink2(vec2(0.0, 2.0)),
+            values: self.values,
+        };
+        plot_ui(ui, of, keys, &plot, context.state.frame);
+        let area = ui.interact(rect, ui.scope_id().with("curve"), Sense::click_and_drag());
+        let tangents = self.tangents_ui(ui, context, of, &plot);
+        for key in keys.keys() {
+            self.key_ui(ui, context, (of, key), plot.at(key.frame, key.value), out);
+        }
+        self.drag_curve_ui(ui, context, (of, keys), &area, (&plot, &tangents), out);
+        let all = keys.keys().iter();
+        let all = all.map(|key| (of, key.frame, plot.at(key.frame, key.value)));
+        self.select_boxed(ui, &area, all);
+    }
+
+    /// The tangents of the selected keys. Returns each with its key's index and the place of its knob.
+    fn tangents_ui(
+        &mut self,
+        ui: &Ui,
+        context: &PanelContext,
+        of: Setting,
+        plot: &Plot,
+    ) -> Vec<(usize, Side, Pos2)> {
+        let look = &context.state.look;
+        let keys = look.keys(of);
+        let painter = ui.painter();
+        let mut knobs = Vec::new();
+        for (index, key) in keys.keys().iter().enumerate() {
+            let slopes = keys.slopes(index).unwrap_or_default();
+            let own = [key.slope_in, key.slope_out];
+            if !self.selection.contains(of, key.frame) {
+                continue;
+            }
+            for (side, (slope, own)) in Side::BOTH.into_iter().zip(slopes.into_iter().zip(own)) {
+                if !side.is_shaped(keys, index) {
+                    continue;
+                }
+                let at = plot.at(key.frame, key.value);
+                let knob = plot.knob(at, side, slope);
+                let spot = Rect::from_center_size(knob, Vec2::splat(3.5 * KNOB));
+                let id = ui.scope_id().with(("tangent", side, index));
+                let response = ui.interact(spot, id, Sense::click());
+                let title = of.title(&look.lighting);
+                let name = format!("{title} tangent {} at frame {}", side.name(), key.frame);
+                response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, &name));
+                let color = if response.hovered() {
+                    Color32::WHITE
+                } else {
+                    theme::TEXT
+                };
+                painter.line_segment([at, knob], Stroke::new(1.0, color));
+                match own {
+                    Some(_) => painter.circle_filled(knob, KNOB, color),
+                    None => painter.circle(knob, KNOB, theme::WELL, Stroke::new(1.5, color)),
+                };
+                response.on_hover_text(format!(
+                    "{name}: drag it. Alt leaves the other side as it is"
+                ));
+                knobs.push((index, side, knob));
+            }
+        }
+        knobs
+    }
+
+    /// Moves keys and turns tangents.
+    fn drag_curve_ui(
+        &mut self,
+        ui: &Ui,
+        context: &PanelContext,
+        (of, keys): (Setting, &Keyframes),
+        area: &Response,
+        (plot, tangents): (&Plot, &[(usize, Side, Pos2)]),
+        out: &mut Vec<Command>,
+    ) {
+        let animation = &context.state.look.animation;
+        let (modifiers, from) = ui.input(|i| (i.modifiers, i.pointer.press_origin()));
+        if area.clicked() && !modifiers.shift {
+            self.selection = KeySelection::default();
+        }
+        if let Some(from) = from.filter(|_| area.drag_started()) {
+            let knob = tangents
+                .iter()
+                .find(|(.., at)| at.distance(from) < 2.0 * KNOB);
+            let all = keys.keys().iter();
+            let all = all.map(|key| (of, *key, plot.at(key.frame, key.value)));
+            match (knob, nearest(all, from)) {
+                (Some((index, side, _)), _) => {
+                    self.drag = Some(KeyDrag::Tangent {
+                        of,
+                        index: *index,
+                        side: *side,
+                        before: keys.clone(),
+                    });
+                }
+                (None, Some((_, key))) => {
+                    self.selection = self.selection.within(of);
+                    self.grab(of, key, modifiers.shift, animation);
+                }
+                (None, None) => self.boxed = Some([from; 2]),
+            }
+        }
+        if let Some((from, to)) = from.zip(area.interact_pointer_pos())
+            && area.dragged()
+        {
+            match &self.drag {
+                Some(KeyDrag::Keys {
+                    key,
+                    before,
+                    selection,
+                }) => {
+                    let frames = match modifiers.shift {
+                        true => 0.0,
+                        false => plot.track.frame_at(to.x) as f64 - key.frame,
+                    };
+                    let value = match (to.y - from.y).abs() < STILL {
+                        true => 0.0,
+                        false => plot.value(to.y) - plot.value(from.y),
+                    };
+                    let last = context.state.frames.saturating_sub(1);
+                    let (lanes, moved) = selection.moved(before, frames, value, last);
+                    self.selection = moved;
+                    push_changed(lanes, animation, out);
+                }
+                Some(KeyDrag::Tangent {
+                    of,
+                    index,
+                    side,
+                    before,
+                }) => {
+                    if let Some(key) = before.keys().get(*index) {
+                        let at = plot.at(key.frame, key.value);
+                        let along = side.sign() * (to.x - at.x) / plot.track.cell();
+                        let frames = f64::from(side.sign() * along.max(0.1));
+                        let slope = (plot.value(to.y) - key.value) / frames;
+                        let keys = turned(before, *index, *side, slope, modifiers.alt);
+                        push_changed(vec![(*of, keys)], animation, out);
+                    }
+                }
+                None => {}
+            }
+        }
+        if area.drag_stopped() {
+            self.drag = None;
+        }
+    }
+}
+
+/// The grid and the curve.
+fn plot_ui(ui: &Ui, of: Setting, keys: &Keyframes, plot: &Plot, frame: usize) {
+    let (rect, track) = (plot.rect, plot.track);
+    let painter = ui
+        .painter()
+        .with_clip_rect(rect.expand(1.0).intersect(ui.clip_rect()));
+    painter.rect_filled(rect, 2.0, theme::WELL);
+    let line = Stroke::new(1.0, Color32::from_gray(44));
+    for frame in track.numbered() {
+        painter.vline(track.x(frame as f64), rect.y_range(), line);
+    }
+    let step = grid(f64::from(GRID) / plot.scale());
+    let decimals = (-step.log10().floor()).clamp(0.0, 4.0) as usize;
+    let first = (plot.values[0] / step).ceil();
+    for i in 0..64 {
+        let value = (first + f64::from(i)) * step;
+        let y = plot.at(0.0, value).y;
+        if y < rect.top() {
+            break;
+        }
+        painter.hline(rect.x_range(), y, line);
+        // −0 is 0.
+        let text = format!("{:.decimals$}{}", value + 0.0, of.unit().suffix());
+        let font = FontId::proportional(11.0);
+        let at = pos2(rect.left() + GAP / 2.0, y - 1.0);
+        painter.text(at, Align2::LEFT_BOTTOM, text, font, theme::QUIET);
+    }
+    let value = |frame: f64| of.bounded(keys.at(frame).unwrap_or_default());
+    let columns = (rect.width().ceil().max(1.0) as usize).min(4096);
+    let curve = (0..=columns).map(|column| {
+        let share = column as f64 / columns as f64;
+        let frame = share * track.frames as f64 - 0.5;
+        plot.at(frame, value(frame))
+    });
+    painter.add(Shape::line(curve.collect(), Stroke::new(1.5, theme::KEY)));
+    let now = plot.at(frame as f64, value(frame as f64));
+    painter.circle_filled(now, 3.0, theme::ACCENT);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::Rangef;
+
+    #[test]
+    fn lines_of_the_grid_are_round() {
+        for (least, expected) in [(0.03, 0.05), (7.0, 10.0), (1.0, 1.0), (130.0, 200.0)] {
+            let found = grid(least);
+            assert!((found / expected - 1.0).abs() < 1e-9, "{least}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_value_is_found_where_it_is_drawn_and_a_flat_curve_has_room() {
+        let flat: Keyframes = "3:40".parse().unwrap();
+        let values = span(Setting::Yaw, &flat, 10);
+        assert_eq!(values, [30.0, 50.0]);
+        let plot = Plot {
+            track: Track {
+                across: Rangef::new(0.0, 100.0),
+                frames: 10,
+            },
+            rect: Rect::from_min_size(pos2(0.0, 20.0), vec2(100.0, 80.0)),
+            values,
+        };
+        for value in [30.0, 41.5, 50.0] {
+            let at = plot.at(4.0, value);
+            assert!((plot.value(at.y) - value).abs() < 1e-4 && at.x == 45.0);
+        }
+        // A steep tangent's knob stays within the plot.
+        for (side, slope) in [
+            (Side::Out, 1e6),
+            (Side::In, 1e6),
+            (Side::Out, -1e6),
+            (Side::In, 0.0),
+        ] {
+            let knob = plot.knob(plot.at(4.0, 40.0), side, slope);
+            assert!(plot.rect.contains(knob), "{side:?} {slope}: {knob:?}");
+        }
+    }
+}
