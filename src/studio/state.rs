@@ -9,7 +9,7 @@ use super::look::LookSettings;
 use super::region::Region;
 use evaluation::review::Metric;
 use project::Project;
-use scene::{Inspection, Output, Scene, Setting};
+use scene::{Inspection, Output, Scene};
 use std::mem::{Discriminant, discriminant, replace};
 use worker::Origin;
 
@@ -292,9 +292,7 @@ impl State {
             LookCommand::Redo => return self.travel(false),
             LookCommand::ResetView => {
                 self.view = View::FITTED;
-                if !look.is_keyed(Setting::Exposure) {
-                    look.exposure_stops = 0.0;
-                }
+                look.exposure_stops = 0.0;
             }
             LookCommand::Environment(entry) => look.light_by(entry),
             LookCommand::StepEnvironment(step) => look.step_environment(step),
@@ -345,9 +343,12 @@ impl State {
                 lighting.placed.len() - 1
             }
         };
+        let before = self.look.clone();
         if let Some(light) = self.look.lighting.placed.get_mut(index) {
             *light = light.clone().towards(aimed.direction);
         }
+        self.look.set_keys(&before, self.frame);
+        self.look.follow(self.frame);
         self.redo.clear();
         self.placed_for = aimed.drag;
         self.aimed = Some((aimed, index));

@@ -670,8 +670,7 @@ fn every_frame_of_an_animation_is_exported_as_it_is_shown() {
         window.run_steps(2);
     }
     go(&mut window, Key::End, 3);
-    press(&mut window, Key::E);
-    for setting in ["Yaw", "Pitch", "Temperature", "Vignette"] {
+    for setting in ["Yaw", "Pitch", "Temperature", "Exposure", "Vignette"] {
         let lane = format!("{setting} lane");
         let value = window.get_by_role_and_label(Role::SpinButton, &lane);
         let from = value.rect().center();

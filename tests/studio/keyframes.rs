@@ -129,6 +129,21 @@ fn plain_drag(window: &mut Window, from: Pos2, to: Pos2) {
     drag(window, from, to, PointerButton::Primary, Modifiers::NONE);
 }
 
+/// Types a value into a lane.
+fn type_value(window: &mut Window, setting: &str, text: &str) {
+    let lane = format!("{setting} lane");
+    window
+        .get_by_role_and_label(Role::SpinButton, &lane)
+        .click();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(2);
+    window.event(Event::Text(text.to_owned()));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+}
+
 /// A window whose yaw has keys at the frames 0, 3 and 7, and whose exposure has some at 0 and 7.
 fn animated(folder: &std::path::Path) -> Window {
     let mut window = clay_window(folder);
@@ -142,9 +157,7 @@ fn animated(folder: &std::path::Path) -> Window {
         }
         plain_drag(&mut window, MIDDLE, MIDDLE + vec2(by, 0.0));
     }
-    window.key_press(Key::E);
-    window.key_press(Key::E);
-    window.run_steps(3);
+    type_value(&mut window, "Exposure", "1");
     assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0, 7.0]);
     assert_eq!(frames(window.state(), Setting::Exposure), [0.0, 7.0]);
     window

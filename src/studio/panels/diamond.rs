@@ -40,6 +40,18 @@ pub fn beside_ui(
     within_ui(ui, context, (&[of], &name), rect, out);
 }
 
+/// The diamond after what was drawn last in a row; as [`within_ui`].
+pub fn after_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    settings: (&[Setting], &str),
+    out: &mut Vec<Command>,
+) {
+    let size = vec2(WIDTH, ui.spacing().interact_size.y);
+    let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
+    within_ui(ui, context, settings, rect, out);
+}
+
 /// The diamond of settings that are shown as one, such as the channels of a colour, and what they are called together. It is
 /// filled if any of them has a key at the current frame.
 pub fn within_ui(

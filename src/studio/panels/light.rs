@@ -15,8 +15,8 @@ use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Button, DragValue, Grid, Id, Layout, Rect, RichText, Role, Sense, TextEdit, Ui,
-    WidgetInfo, pos2, vec2,
+    Align, Button, DragValue, Grid, Id, Layout, Rect, RichText, Role, TextEdit, Ui, WidgetInfo,
+    pos2, vec2,
 };
 use light::conventions::Tool;
 use light::weights::Weighting;
@@ -85,7 +85,6 @@ impl LightPanel {
 const TURNS: [Row<Lighting>; 3] = [
     Row {
         name: "Pitch",
-        setting: Setting::Pitch,
         of: |lighting| &mut lighting.pitch_deg,
         speed: 0.5,
         range: -180.0..=180.0,
@@ -95,7 +94,6 @@ const TURNS: [Row<Lighting>; 3] = [
     },
     Row {
         name: "Roll",
-        setting: Setting::Roll,
         of: |lighting| &mut lighting.roll_deg,
         speed: 0.5,
         range: -180.0..=180.0,
@@ -105,7 +103,6 @@ const TURNS: [Row<Lighting>; 3] = [
     },
     Row {
         name: "Background yaw",
-        setting: Setting::BackgroundYaw,
         of: |lighting| &mut lighting.background_yaw_deg,
         speed: 0.5,
         range: -180.0..=180.0,
@@ -118,7 +115,6 @@ const TURNS: [Row<Lighting>; 3] = [
 const GRADES: [Row<Lighting>; 3] = [
     Row {
         name: "Intensity",
-        setting: Setting::Intensity,
         of: |lighting| &mut lighting.intensity_stops,
         speed: 0.02,
         range: Lighting::STOPS,
@@ -128,7 +124,6 @@ const GRADES: [Row<Lighting>; 3] = [
     },
     Row {
         name: "Temperature",
-        setting: Setting::Temperature,
         of: |lighting| &mut lighting.temperature_k,
         speed: 20.0,
         range: white::RANGE_K,
@@ -138,7 +133,6 @@ const GRADES: [Row<Lighting>; 3] = [
     },
     Row {
         name: "Tint",
-        setting: Setting::Tint,
         of: |lighting| &mut lighting.tint,
         speed: 0.5,
         range: -150.0..=150.0,
@@ -179,9 +173,10 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
         }
         beside_ui(ui, context, Setting::Yaw, field.rect, out);
         ui.end_row();
-        for row in &TURNS {
+        let settings = [Setting::Pitch, Setting::Roll, Setting::BackgroundYaw];
+        for (row, setting) in TURNS.iter().zip(settings) {
             let field = row.ui(ui, &look.lighting, out, relit);
-            beside_ui(ui, context, row.setting, field.rect, out);
+            beside_ui(ui, context, setting, field.rect, out);
             ui.end_row();
         }
         let kinds = [
@@ -209,9 +204,10 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
 /// The environment's intensity and colour.
 fn grade_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     grid("grade").show(ui, |ui| {
-        for row in &GRADES {
+        let settings = [Setting::Intensity, Setting::Temperature, Setting::Tint];
+        for (row, setting) in GRADES.iter().zip(settings) {
             let field = row.ui(ui, &context.state.look.lighting, out, relit);
-            beside_ui(ui, context, row.setting, field.rect, out);
+            beside_ui(ui, context, setting, field.rect, out);
             ui.end_row();
         }
     });
@@ -383,8 +379,7 @@ fn light_ui(
         ui.color_edit_button_rgb(&mut light.color);
         let channels = [LightSetting::Red, LightSetting::Green, LightSetting::Blue];
         let color = format!("{title} colour");
-        let (rect, _) = ui.allocate_exact_size(vec2(diamond::WIDTH, 22.0), Sense::hover());
-        diamond::within_ui(ui, context, (&channels.map(of), &color), rect, out);
+        diamond::after_ui(ui, context, (&channels.map(of), &color), out);
     });
     let field = |value, speed: f32, range: RangeInclusive<f32>, prefix: &str| {
         DragValue::new(value)
@@ -427,9 +422,8 @@ fn light_ui(
             let width = 0.5 * (ui.available_width() - 3.0 * 2.0) - diamond::WIDTH;
             for (setting, number, hint) in row {
                 ui.add_sized(vec2(width, 22.0), number).on_hover_text(hint);
-                let (rect, _) = ui.allocate_exact_size(vec2(diamond::WIDTH, 22.0), Sense::hover());
                 let called = of(setting).title(&context.state.look.lighting);
-                diamond::within_ui(ui, context, (&[of(setting)], &called), rect, out);
+                diamond::after_ui(ui, context, (&[of(setting)], &called), out);
             }
         });
     }

@@ -105,7 +105,6 @@ fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 fn row(strength: &Strength) -> Row<Effects> {
     Row {
         name: strength.label,
-        setting: Setting::Effect(strength.pass),
         of: strength.of,
         range: 0.0..=strength.most,
         speed: strength.most / 200.0,
@@ -149,11 +148,11 @@ fn views_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let effects = context.state.look.effects;
     for strength in STRENGTHS {
-        let row = row(strength);
-        let field = row.ui(ui, &effects, out, |wanted| {
+        let field = row(strength).ui(ui, &effects, out, |wanted| {
             Command::Look(LookCommand::Effects(wanted))
         });
-        beside_ui(ui, context, row.setting, field.rect, out);
+        let setting = Setting::Effect(strength.pass);
+        beside_ui(ui, context, setting, field.rect, out);
         ui.end_row();
     }
 }

@@ -5,7 +5,6 @@ use super::numbers::computing;
 use crate::command::Command;
 use crate::theme::{self, GAP};
 use egui::{Frame, Grid, Response, Ui};
-use scene::Setting;
 use std::ops::RangeInclusive;
 
 /// Width of a row's name, and of its field, in points.
@@ -37,8 +36,6 @@ pub fn segments_ui<R>(ui: &mut Ui, choices: impl FnOnce(&mut Ui) -> R) -> R {
 /// One number of the settings `T`.
 pub struct Row<T> {
     pub name: &'static str,
-    /// What its keys are of.
-    pub setting: Setting,
     pub of: fn(&mut T) -> &mut f32,
     /// What the number may be, and the bar's ends.
     pub range: RangeInclusive<f32>,

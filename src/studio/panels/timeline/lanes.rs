@@ -7,10 +7,11 @@ use crate::command::{Command, LookCommand, ViewCommand};
 use crate::key_selection::KeySelection;
 use crate::panel_context::PanelContext;
 use crate::panels::diamond::{self, DIAMOND, diamond};
+use crate::panels::numbers::computing;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Button, Color32, DragValue, Layout, Pos2, Rect, RichText, Role, Sense, Shape, Stroke,
-    StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2,
+    Align, Button, Color32, Layout, Pos2, Rect, RichText, Role, Sense, Shape, Stroke, StrokeKind,
+    Ui, UiBuilder, WidgetInfo, pos2, vec2,
 };
 use light::keyframes::{Key, Keyframes};
 use scene::Setting;
@@ -116,13 +117,12 @@ impl TimelinePanel {
         let look = &context.state.look;
         let title = of.title(&look.lighting);
         ui.spacing_mut().item_spacing.x = 4.0;
-        let (rect, _) = ui.allocate_exact_size(vec2(diamond::WIDTH, ROW), Sense::hover());
         let lane = format!("{title} lane");
-        diamond::within_ui(ui, context, (&[of], &lane), rect, out);
+        diamond::after_ui(ui, context, (&[of], &lane), out);
         self.curve_button_ui(ui, of, &title);
         let unit = of.unit();
         let mut value = look.value(of).unwrap_or_default();
-        let field = DragValue::new(&mut value)
+        let field = computing(&mut value)
             .speed(unit.step() / 20.0)
             .range(of.range())
             .fixed_decimals(unit.decimals())
