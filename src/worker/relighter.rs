@@ -176,7 +176,8 @@ impl<Tell> Relighter<Tell> {
             }
         }
         // What is compared has its full size, and so has what it is compared with.
-        let alone = comparisons.iter().all(|comparison| comparison.is_none());
+        let alone = comparisons.iter().all(|comparison| comparison.is_none())
+            && request.looks.iter().all(Option::is_none);
         Some(PreviewInputs {
             request: PreviewRequest {
                 scene: Scene {
