@@ -132,42 +132,6 @@ pub fn write_beside(
     unfinished.finish(path).map_err(fail)
 }
 
-/// The same for a file that nothing may replace. Returns whether it was written: not if there is something of that name.
-///
-/// # Errors
-/// As [`write_beside`].
-pub fn write_new(path: &Path, bytes: &[u8]) -> Result<bool> {
-    let fail = |cause: io::Error| {
-        let remedy = "Check that the folder can be written and the disk has room";
-        Error::io("write", path, cause, remedy)
-    };
-    let mut unfinished = Unfinished::beside(path).map_err(fail)?;
-    unfinished.0.write_all(bytes).map_err(fail)?;
-    match unfinished.finish_new(path) {
-        Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(false),
-        done => done.map(|()| true).map_err(fail),
-    }
-}
-
-/// A folder of the program's own inside `within`, which has to be there; it is made if it is missing.
-///
-/// # Errors
-/// When it cannot be made, and when it is a link or no folder: what a link leads to is not the program's.
-pub fn own_folder(within: &Path, name: &str) -> Result<PathBuf> {
-    let path = within.join(name);
-    let remedy = "Remove or rename it, so that a folder can be made there";
-    let fail = |cause: io::Error| Error::io("use the folder", &path, cause, remedy);
-    match std::fs::create_dir(&path) {
-        Err(e) if e.kind() != ErrorKind::AlreadyExists => return Err(fail(e)),
-        _ => {}
-    }
-    let data = std::fs::symlink_metadata(&path).map_err(fail)?;
-    if !data.is_dir() {
-        return Err(fail(ErrorKind::NotADirectory.into()));
-    }
-    Ok(path)
-}
-
 /// A file beside another that it will replace. Dropped before that, it is removed.
 #[derive(Debug)]
 pub struct Unfinished(NamedTempFile);
@@ -221,28 +185,11 @@ impl Unfinished {
         // Another program may have written it under its name.
         File::open(self.path())?.sync_all()?;
         self.0.persist(path).map_err(|e| e.error)?;
-        sync_folder_of(path);
+        // The new name is on the disk once the folder is. Not all file systems can do that.
+        #[cfg(unix)]
+        let _ = File::open(folder_of(path)).and_then(|folder| folder.sync_all());
         Ok(())
     }
-
-    /// The same, but nothing is replaced.
-    ///
-    /// # Errors
-    /// The same, and [`ErrorKind::AlreadyExists`] if there is something of that name; then it is removed.
-    pub fn finish_new(self, path: &Path) -> io::Result<()> {
-        File::open(self.path())?.sync_all()?;
-        self.0.persist_noclobber(path).map_err(|e| e.error)?;
-        sync_folder_of(path);
-        Ok(())
-    }
-}
-
-/// Brings a new name to the disk: that is there once the folder is. Not all file systems can do that.
-fn sync_folder_of(path: &Path) {
-    #[cfg(unix)]
-    let _ = File::open(folder_of(path)).and_then(|folder| folder.sync_all());
-    #[cfg(not(unix))]
-    let _ = path;
 }
 
 /// The folder that holds a file.
@@ -351,24 +298,6 @@ mod tests {
         std::fs::write(&usual, "").unwrap();
         let permissions = |path: &Path| std::fs::metadata(path).unwrap().permissions();
         assert_eq!(permissions(&path), permissions(&usual));
-    }
-
-    #[test]
-    fn what_is_there_is_not_replaced_by_a_new_file() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("0001.json");
-        assert!(write_new(&path, b"first").unwrap());
-        assert!(!write_new(&path, b"second").unwrap());
-        assert_eq!(std::fs::read(&path).unwrap(), b"first");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-        let made = own_folder(folder.path(), "looks").unwrap();
-        assert_eq!(own_folder(folder.path(), "looks").unwrap(), made);
-        assert!(own_folder(folder.path(), "0001.json").is_err());
-        #[cfg(unix)]
-        {
-            std::os::unix::fs::symlink(&made, folder.path().join("linked")).unwrap();
-            assert!(own_folder(folder.path(), "linked").is_err());
-        }
     }
 
     #[test]

@@ -333,6 +333,7 @@ impl StudioApp {
 
     /// Draws the window.
     fn draw(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
+        let unsaved = self.autosave.unsaved().map(str::to_owned);
         let context = PanelContext {
             project: self.session.project.as_ref(),
             state: &self.state,
@@ -357,7 +358,7 @@ impl StudioApp {
             footage: &self.readers.footage,
             matte: &self.readers.matte,
             looks: &self.looks,
-            unsaved: self.autosave.unsaved(),
+            unsaved: unsaved.as_deref(),
         };
         let layout = self.autosave.layout();
         let drawn = self.view.ui(ui, &context, layout, commands);

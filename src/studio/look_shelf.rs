@@ -11,7 +11,7 @@ use imaging::file::{codes_from_memory, dimensions, png_bytes};
 use imaging::{Encoded, Image};
 use std::collections::HashMap;
 use std::fs::OpenOptions;
-use std::io::{Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -82,7 +82,7 @@ impl LookShelf {
         let remedy = "Check that the folder can be written";
         std::fs::create_dir_all(&self.within)
             .map_err(|e| Error::io("make", &self.within, e, remedy))?;
-        files::own_folder(&self.within, "looks")
+        own_folder(&self.within, "looks")
     }
 
     /// What is on it now.
@@ -126,7 +126,7 @@ impl LookShelf {
         let shelf = self.made()?;
         let same = names(&shelf).into_iter().find(|one| one.is_like(name));
         let name = same.as_ref().unwrap_or(name);
-        let folder = files::own_folder(&shelf, name.text())?;
+        let folder = own_folder(&shelf, name.text())?;
         let newest = numbers(&folder).into_iter().next();
         if let Some(number) = newest
             && let Ok(newest) = StoredLook::read_own(&file(&folder, number, "json"))
@@ -136,7 +136,7 @@ impl LookShelf {
         }
         let mut number = newest.unwrap_or(0) + 1;
         // Another window may store at the same time.
-        while !files::write_new(&file(&folder, number, "json"), look.text().as_bytes())? {
+        while !write_new(&file(&folder, number, "json"), &look.text())? {
             number += 1;
         }
         Ok(number)
@@ -191,7 +191,7 @@ impl LookShelf {
     /// When it is not there or cannot be moved.
     pub fn remove(&self, name: &LookName) -> Result<()> {
         let folder = self.look(name)?;
-        let removed = files::own_folder(&self.made()?, REMOVED)?;
+        let removed = own_folder(&self.made()?, REMOVED)?;
         let aside = name.free(&names(&removed))?;
         moved(&folder, &removed.join(aside.text()))
     }
@@ -202,7 +202,7 @@ impl LookShelf {
     /// When it is not there or cannot be moved.
     pub fn bring_back(&self, name: &LookName) -> Result<LookName> {
         let shelf = self.made()?;
-        let removed = files::own_folder(&shelf, REMOVED)?;
+        let removed = own_folder(&shelf, REMOVED)?;
         let free = name.free(&names(&shelf))?;
         moved(&removed.join(name.text()), &shelf.join(free.text()))?;
         Ok(free)
@@ -242,6 +242,40 @@ fn gone(folder: &Path) -> Error {
         format!("there is no look in {}", folder.display()),
         "Another program may have moved it: close the project and open it again",
     )
+}
+
+/// A folder of the program's own inside another, made if it is missing.
+///
+/// # Errors
+/// When it cannot be made, and when it is a link or no folder: what a link leads to is not the program's.
+fn own_folder(within: &Path, name: &str) -> Result<PathBuf> {
+    let path = within.join(name);
+    let remedy = "Remove or rename it, so that a folder can be made there";
+    let fail = |cause: io::Error| Error::io("use the folder", &path, cause, remedy);
+    match std::fs::create_dir(&path) {
+        Err(e) if e.kind() != ErrorKind::AlreadyExists => return Err(fail(e)),
+        _ => {}
+    }
+    match is_own_folder(&path) {
+        true => Ok(path),
+        false => Err(fail(ErrorKind::NotADirectory.into())),
+    }
+}
+
+/// Writes a file whose name nobody else has taken; returns whether it could have that name. After a kill it is whole, missing
+/// or empty.
+fn write_new(path: &Path, text: &str) -> Result<bool> {
+    let remedy = "Check that the folder can be written and the disk has room";
+    match OpenOptions::new().write(true).create_new(true).open(path) {
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => return Ok(false),
+        taken => taken.map_err(|e| Error::io("write", path, e, remedy))?,
+    };
+    let written = files::write_beside(path, |out| out.write_all(text.as_bytes()));
+    if written.is_err() {
+        // It is empty, and no look then.
+        let _ = std::fs::remove_file(path);
+    }
+    written.map(|()| true)
 }
 
 fn is_own_folder(path: &Path) -> bool {
@@ -295,7 +329,15 @@ fn versions(
     pictures: &mut ReadPictures,
     complaints: &mut Vec<String>,
 ) -> Vec<LookVersion> {
-    let numbers = numbers(folder).into_iter().take(MOST_VERSIONS);
+    let is_begun = |number: &u32| {
+        let data = file(folder, *number, "json").symlink_metadata();
+        // The program was killed, or is about to write it.
+        data.is_ok_and(|data| data.is_file() && data.len() == 0)
+    };
+    let numbers = numbers(folder)
+        .into_iter()
+        .filter(|number| !is_begun(number));
+    let numbers = numbers.take(MOST_VERSIONS);
     let version = |number| match StoredLook::read_own(&file(folder, number, "json")) {
         Ok(look) => Some(LookVersion {
             number,

@@ -128,6 +128,8 @@ fn a_strangers_folder_is_read_without_harm() {
     shelf.store(&name("Good"), &look(1.0)).unwrap();
     let at = |file: &str| folder.path().join("looks").join(file);
     std::fs::write(at("Good/0002.json"), "half a l").unwrap();
+    // As a kill may leave it.
+    std::fs::write(at("Good/0009.json"), "").unwrap();
     std::fs::write(at("Good/0001.png"), b"\x89PNG\r\n\x1a\nno picture").unwrap();
     for other in [
         "2.json",
@@ -175,6 +177,8 @@ fn a_strangers_folder_is_read_without_harm() {
     assert!(found.removed.is_empty());
     let complaints = found.complaints.join("\n");
     assert!(complaints.contains("0002.json"), "{complaints}");
+    assert!(!complaints.contains("0009.json"), "{complaints}");
+    assert_eq!(shelf.store(&name("Good"), &look(5.0)).unwrap(), 10);
     test_support::shown!(
         Strangers,
         "A project's `looks` hold links, devices, broken files and pictures that claim a million pixels",

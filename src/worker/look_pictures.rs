@@ -2,7 +2,7 @@
 
 use super::PredictedFrame;
 use super::comparison::extra;
-use super::preview::{LookView, PreviewRequest};
+use super::preview::{LookPicture, LookView, PreviewRequest};
 use super::preview_maker::ViewTable;
 use super::srgb_picture::SrgbPicture;
 use base::error::Result;
@@ -35,7 +35,7 @@ impl LookPictures {
         (request, predicted): (&PreviewRequest, &Arc<PredictedFrame>),
         (rig, reference): (&Rig, (&Field, &Mask)),
         table: &mut ViewTable,
-    ) -> Result<[Option<(LookView, Arc<SrgbPicture>)>; 4]> {
+    ) -> Result<[Option<LookPicture>; 4]> {
         let mut pictures = [const { None }; 4];
         let places = self.0.iter_mut().zip(&request.looks).zip(&mut pictures);
         for ((made, look), picture) in places {

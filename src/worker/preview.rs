@@ -27,6 +27,9 @@ impl PartialEq for LookView {
     }
 }
 
+/// A look and its picture.
+pub type LookPicture = (LookView, Arc<SrgbPicture>);
+
 /// A picture that the window wants.
 #[derive(Clone, Debug)]
 pub struct PreviewRequest {
@@ -75,7 +78,7 @@ pub struct PreviewPicture {
     /// What it is compared with, of the same size.
     pub second: Option<(Comparison, SrgbPicture)>,
     /// The looks that are shown beside each other, of the same size.
-    pub looks: [Option<(LookView, Arc<SrgbPicture>)>; 4],
+    pub looks: [Option<LookPicture>; 4],
     /// Lamps that light the subject alone.
     pub solo: Vec<usize>,
     /// Scene-linear light of each pixel, premultiplied, where it is in memory at full size.

@@ -8,7 +8,6 @@ use crate::look_name::LookName;
 use crate::look_shelf::write_to;
 use crate::stored_look::StoredLook;
 use crate::stored_looks::{LookId, LookNews, Shelf};
-use base::error::Result;
 use base::files::shown;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
