@@ -92,7 +92,7 @@ pub(crate) fn from_the_left() -> Arc<Environment> {
 
 #[test]
 fn looks_beside_each_other_are_each_the_picture_that_they_are_alone() {
-    let (worker, go, _) = slow_worker();
+    let (worker, go, _begun) = slow_worker();
     go.send(()).unwrap();
     let light = from_the_left();
     let alone = |yaw_deg: f32, stops: f32| {

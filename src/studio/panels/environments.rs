@@ -8,8 +8,8 @@ use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{
-    Button, Color32, Key, Mesh, Pos2, Rect, Response, RichText, Sense, Shape, TextEdit, Ui, Vec2,
-    pos2, vec2,
+    Button, Color32, Event, Key, Mesh, Pos2, Rect, Response, RichText, Sense, Shape, TextEdit, Ui,
+    Vec2, pos2, vec2,
 };
 use std::collections::BTreeSet;
 
@@ -132,9 +132,15 @@ impl EnvironmentsPanel {
         }
         let search = |words: String| Command::Environments(EnvironmentsCommand::Search(words));
         let pressed = |key| ui.input(|input| input.key_pressed(key));
+        // It has lost the focus by Escape, which the window takes for itself then.
+        let escape = |event: &Event| {
+            let key = Key::Escape;
+            matches!(event, Event::Key { key: of, pressed: true, .. } if *of == key)
+        };
+        let escaped = ui.input(|input| input.raw.events.iter().any(escape));
         if response.changed() {
             out.push(search(words));
-        } else if response.lost_focus() && pressed(Key::Escape) {
+        } else if response.lost_focus() && escaped {
             out.push(search(String::new()));
         } else if response.lost_focus() && pressed(Key::Enter) {
             let shown = context.state.look.environment;

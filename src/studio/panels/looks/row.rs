@@ -90,9 +90,9 @@ impl LooksPanel {
         row.on_hover_text(format!("Shows this look, under {environment}"));
         let corner = place.right_top() + vec2(-MORE, 4.0);
         let corner = Rect::from_min_size(corner, Vec2::splat(MORE));
-        ui.scope_builder(UiBuilder::new().max_rect(corner), |ui| {
-            self.menu_ui(ui, id, &called, chosen, context, out);
-        });
+        // It stands over the row, and moves nothing.
+        let mut over = ui.new_child(UiBuilder::new().max_rect(corner));
+        self.menu_ui(&mut over, id, &called, chosen, context, out);
         if self.open.contains(id) {
             for version in &look.versions {
                 self.version_ui(ui, id, version, shown(version), out);
