@@ -20,7 +20,7 @@ use light::panorama::{self, ReadSettings};
 use light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
 use project::{KnownEnvironment, Project};
 use reflectance::Predictor;
-use scene::{Background, EXPOSURE_STOPS, Effects, Output, Pass, Scene};
+use scene::{Background, EXPOSURE_STOPS, Effects, Output, Pass, Scene, Viewing};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -389,6 +389,8 @@ impl<'a> Clip<'a> {
                 _ => Background::None,
             },
             output: self.output,
+            // A person's way of looking at the picture is not the picture's.
+            viewing: Viewing::default(),
         }
     }
 

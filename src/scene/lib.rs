@@ -2,9 +2,11 @@
 
 mod forced;
 mod pass;
+mod viewing;
 
 pub use forced::Forced;
 pub use pass::{Effects, Pass, STRENGTHS, Strength};
+pub use viewing::{GAMMA, Viewing};
 
 use light::Lighting;
 use serde::{Deserialize, Serialize};
@@ -31,6 +33,16 @@ pub struct Scene {
     /// What else is done to it; nothing unless asked for.
     #[serde(default)]
     pub effects: Effects,
+    /// How it is looked at; no export has any of it.
+    #[serde(default, skip_serializing_if = "Viewing::is_neutral")]
+    pub viewing: Viewing,
+}
+
+impl Scene {
+    /// The tone curve that the picture is shown through.
+    pub fn view(&self) -> ViewTransform {
+        self.viewing.view.unwrap_or(self.effects.view)
+    }
 }
 
 /// What is behind the subject.
@@ -105,6 +117,9 @@ mod tests {
         let old = r#"{"frame":3,"yaw_deg":1.5,"exposure_stops":0.0,"background":"None","output":"Display"}"#;
         let scene: Scene = serde_json::from_str(old).unwrap();
         assert_eq!(scene.effects, Effects::default());
+        assert!(scene.viewing.is_neutral());
+        let text = serde_json::to_string(&scene).unwrap();
+        assert!(!text.contains("viewing"), "{text}");
         let some = r#"{"glare":0.5,"inspection":{"channel":"alpha"}}"#;
         let effects: Effects = serde_json::from_str(some).unwrap();
         assert_eq!(effects.glare, 0.5);

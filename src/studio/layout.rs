@@ -207,7 +207,7 @@ impl Workspace {
                     LinearDir::Vertical,
                     &[(main, 0.0), (below, BELOW)],
                 );
-                let columns = [(left, 208.0), (middle, 0.0), (right, 284.0)];
+                let columns = [(left, 208.0), (middle, 0.0), (right, 360.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
         };

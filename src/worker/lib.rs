@@ -56,7 +56,7 @@ pub use panorama_loader::{Origin, Panorama, PanoramaLoader};
 pub use preview::{PreviewPicture, PreviewRequest};
 pub use review_thread::{Cell, CellPictures, LampSheet, ReviewThread, SavedReview};
 pub use source::{FindComparison, Predict, Prediction, Source, open_project};
-pub use srgb_picture::SrgbPicture;
+pub use srgb_picture::{SrgbPicture, mirrored, on_mirror_ball};
 
 use background::Background;
 use base::error::Error;
@@ -107,6 +107,11 @@ impl PredictedFrame {
     /// The pixel of its field that a pixel of its pictures belongs to; None if the network sees none of it.
     pub fn working_pixel(&self, pixel: [usize; 2]) -> Option<[usize; 2]> {
         (self.plate.as_ref()).map_or(Some(pixel), |plate| plate.working_pixel(pixel))
+    }
+
+    /// The place in the picture of a point of its field, in columns and rows of each.
+    pub fn picture_place(&self, at: [f32; 2]) -> [f32; 2] {
+        (self.plate.as_ref()).map_or(at, |plate| plate.filmed_place(at))
     }
 
     /// How bright each pixel of its field is under each lamp of the rig. Waits for a field on a GPU: do not call it on the
@@ -232,7 +237,7 @@ impl Worker {
 
     /// Asks for a picture in place of any that was asked for before and is not begun.
     pub fn show(&self, request: PreviewRequest) {
-        self.relighter.put(RelighterRequest::Show(request));
+        self.relighter.put(RelighterRequest::Show(Box::new(request)));
     }
 
     /// The newest picture, once.

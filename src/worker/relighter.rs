@@ -246,7 +246,7 @@ impl<Tell: Fn(Event)> Handler for Relighter<Tell> {
             RelighterRequest::Opened(opened) => self.opened(opened),
             RelighterRequest::Predicted(predicted) => self.predicted(predicted),
             RelighterRequest::Compared(side, comparison) => self.found(*side, comparison),
-            RelighterRequest::Show(request) => self.request = Some(request.clone()),
+            RelighterRequest::Show(request) => self.request = Some(PreviewRequest::clone(request)),
             RelighterRequest::Relight { rested } => return self.relight(*rested),
         }
         self.changed = true;

@@ -14,7 +14,7 @@ pub enum Group {
     Grade,
     /// The lights placed by hand.
     Lights,
-    /// Exposure, background, and what a display makes of the picture.
+    /// Exposure, background, and the tone curve.
     Picture,
     /// The strengths of the effects.
     Effects,
@@ -59,13 +59,13 @@ impl LookSettings {
                 lighting.temperature_k = default.temperature_k;
                 lighting.tint = default.tint;
             }
-            Group::Lights => lighting.placed = default.placed,
+            Group::Lights => {
+                lighting.placed = default.placed;
+                lighting.groups = default.groups;
+            }
             Group::Picture => {
-                let Effects {
-                    view, inspection, ..
-                } = Effects::default();
                 (self.exposure_stops, self.background) = (0.0, Background::default());
-                (self.effects.view, self.effects.inspection) = (view, inspection);
+                self.effects.view = Effects::default().view;
             }
             Group::Effects => {
                 for strength in STRENGTHS {
@@ -84,7 +84,7 @@ mod tests {
     use crate::state::State;
     use light::PlacedLight;
     use light::weights::Weighting;
-    use scene::{Inspection, ViewTransform};
+    use scene::ViewTransform;
 
     const ALL: [Group; 5] = [
         Group::Environment,
@@ -124,9 +124,12 @@ mod tests {
                 Group::Lights,
                 lighting(|l| l.placed.push(PlacedLight::default())),
             ),
+            (
+                Group::Lights,
+                lighting(|l| l.groups.push(light::LightGroup::default())),
+            ),
             (Group::Picture, LookCommand::Exposure(1.0)),
             (Group::Picture, LookCommand::Background(Background::None)),
-            (Group::Picture, LookCommand::Inspect(Inspection::FalseColor)),
             (Group::Picture, effects(|e| e.view = ViewTransform::Filmic)),
             (Group::Effects, effects(|e| e.glare = 0.5)),
             (Group::Effects, effects(|e| e.grain = 1.0)),

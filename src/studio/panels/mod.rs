@@ -13,6 +13,8 @@ mod group;
 mod hard_cases;
 pub mod job;
 mod light;
+mod light_map;
+mod lights;
 mod log;
 mod machine;
 mod missing;
