@@ -5,7 +5,12 @@ struct Params {
     size: vec2<u32>,
     // 0 is sRGB, 1 filmic, 2 ACES.
     curve: u32,
-    unused: u32,
+    // For looking only: light is multiplied by `factor` and raised to `power`.
+    factor: f32,
+    power: f32,
+    unused0: u32,
+    unused1: u32,
+    unused2: u32,
 }
 
 // A matrix is written by its columns here, by its rows in the twin.
@@ -54,7 +59,10 @@ fn view(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let i = index(id);
-    let light = clamp(first[i].rgb, vec3<f32>(0.0), vec3<f32>(65504.0));
+    var light = clamp(params.factor * first[i].rgb, vec3<f32>(0.0), vec3<f32>(65504.0));
+    if params.power != 1.0 {
+        light = min(pow(light, vec3<f32>(params.power)), vec3<f32>(65504.0));
+    }
     var codes = srgb_from_linear(light);
     if params.curve == 1u {
         codes = filmic(light);

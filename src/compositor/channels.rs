@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 const SHADER: Shader = Shader::new("channels", include_str!("../../shaders/channels.wgsl"));
 
 pub(crate) const CHANNELS: Descriptor = Descriptor {
-    fixed: |_| Some("it is chosen under Show"),
+    fixed: |_| Some("it is chosen above the picture"),
     settings: inspected,
     shader: Some(&SHADER),
     run: Run::Codes(CodesStep {

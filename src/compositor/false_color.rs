@@ -17,7 +17,7 @@ const SHADER: Shader = Shader::new(
 );
 
 pub(crate) const FALSE_COLOR: Descriptor = Descriptor {
-    fixed: |_| Some("it is chosen under Show"),
+    fixed: |_| Some("it is chosen above the picture"),
     settings: inspected,
     shader: Some(&SHADER),
     run: Run::Encode(EncodeStep {

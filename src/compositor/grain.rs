@@ -12,12 +12,12 @@ use super::descriptor::{
 use super::edges::SOLID;
 use super::facts::{BINS, Grain, key};
 use super::passes::{GpuPicture, Recording, Shader, extent};
-use super::view::view;
+use super::view::viewed;
 use base::error::Result;
 use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::{Encoded, Image, Mask};
 use rayon::prelude::*;
-use scene::{Pass, ViewTransform};
+use scene::{Pass, Scene};
 
 const SHADER: Shader = Shader::new("grain", include_str!("../../shaders/grain.wgsl"));
 
@@ -69,10 +69,10 @@ const SAMPLES: usize = 40_000;
 const UNSEEN: f32 = 0.25 / 255.0;
 
 impl Grain {
-    /// The grain of a plate as it looks under a view transform, where the matte is solid. One frame is
-    /// enough for a clip: grain is the camera's, not the frame's.
-    pub fn of_plate(plate: &Image, mask: &Mask, transform: ViewTransform) -> Self {
-        Self::of(&view(plate, transform), mask)
+    /// The grain of a plate as a scene shows it, where the matte is solid. One frame is enough for a clip: grain is the
+    /// camera's, not the frame's.
+    pub fn of_plate(plate: &Image, mask: &Mask, scene: &Scene) -> Self {
+        Self::of(&viewed(plate, scene), mask)
     }
 
     /// The grain of a picture where the matte is solid. Without enough flat places it is 0.
@@ -381,7 +381,7 @@ mod tests {
                 for alpha in [0.0, 1.0] {
                     let mask = Mask::filled(size, size, alpha);
                     let plate = Image::filled(size, size, [value; 3]);
-                    let found = Grain::of_plate(&plate, &mask, ViewTransform::Srgb);
+                    let found = Grain::of_plate(&plate, &mask, &Scene::default());
                     assert_eq!(found.most(), 0.0);
                     let mut codes = Encoded(Image::filled(size, size, [0.5; 3]));
                     let grainy = Grain {

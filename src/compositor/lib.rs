@@ -65,7 +65,7 @@ pub use reuse::Reuse;
 pub use series::Series;
 pub use shown::ShownPicture;
 pub use smoothing::Steady;
-pub use view::{code, view};
+pub use view::{code, view, viewed, viewed_code};
 pub use vignette::vignette;
 
 pub use scene::Pass;

@@ -205,6 +205,14 @@ impl Plate {
         Some([column, cell(y, self.square.y, self.square.side, size)?])
     }
 
+    /// The place on the plate of a point of the working size, in columns and rows of each.
+    pub fn filmed_place(&self, at: [f32; 2]) -> [f32; 2] {
+        let PlateSquare { x, y, side } = self.square;
+        let scale = side / self.nodes.size.max(1) as f32;
+        let along = |at: f32, from: f32| from + (at + 0.5) * scale - 0.5;
+        [along(at[0], x), along(at[1], y)]
+    }
+
     /// Columns and rows.
     pub fn size(&self) -> (usize, usize) {
         self.matte.size()

@@ -8,14 +8,14 @@ use super::shown::ShownPicture;
 use super::smoothing::Steady;
 use base::error::Result;
 use imaging::{Image, Mask};
-use scene::{Pass, Scene, ViewTransform};
+use scene::{Pass, Scene, ViewTransform, Viewing};
 
 /// Pictures of one clip or window, in order.
 #[derive(Debug, Default)]
 pub struct Series {
     reuse: Reuse,
     /// A plate's grain, and the frame (as [`super::Identity`] numbers it) and the view transform that it is of.
-    grain: Option<((u64, ViewTransform), Grain)>,
+    grain: Option<((u64, ViewTransform, Viewing), Grain)>,
     steady: Option<Steady>,
 }
 
@@ -86,16 +86,15 @@ impl Series {
         (plate, mask): (&Image, &Mask),
         of: &Ingredients<'a>,
     ) -> Ingredients<'a> {
-        let view = scene.effects.view;
-        let key = (of.extra.identity.frame, view);
+        let key = (of.extra.identity.frame, scene.effects.view, scene.viewing);
         self.grain = match self.grain.take() {
             _ if !scene.effects.asks(Pass::Grain) => None,
             Some(known) if known.0 == key => Some(known),
             _ => Some((
                 key,
                 match of.plate() {
-                    Some(plate) => Grain::of_plate(&plate.filmed(), &plate.matte, view),
-                    None => Grain::of_plate(plate, mask, view),
+                    Some(plate) => Grain::of_plate(&plate.filmed(), &plate.matte, scene),
+                    None => Grain::of_plate(plate, mask, scene),
                 },
             )),
         };
@@ -218,11 +217,11 @@ mod tests {
             .compose(&Clip::scene(0), plate, &of)
             .expect("a picture with grain");
         let (key, grain) = series.grain.unwrap();
-        assert_eq!(key, (1, ViewTransform::Srgb));
+        assert_eq!(key, (1, ViewTransform::Srgb, Viewing::default()));
         assert!(grain.most() > 0.0);
         assert_eq!(
             grain,
-            Grain::of_plate(&clip.plate, &clip.mask, ViewTransform::Srgb)
+            Grain::of_plate(&clip.plate, &clip.mask, &Scene::default())
         );
         // Another plate under the same number is not looked at.
         let flat = Image::filled(64, 64, [0.3; 3]);

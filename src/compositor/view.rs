@@ -3,31 +3,38 @@
 use super::curve::Curve;
 use super::descriptor::{Descriptor, EncodeStep, Run};
 use super::facts::key;
-use super::passes::{GpuPicture, Recording, Shader};
+use super::passes::{GpuPicture, Recording, Shader, extent};
 use base::error::Result;
+use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::{Encoded, Image, Raster, color::srgb_from_linear, color::unit};
 use rayon::prelude::*;
-use scene::{Pass, ViewTransform};
+use scene::{Pass, Scene, ViewTransform};
 use std::sync::LazyLock;
 
 const SHADER: Shader = Shader::new("view", include_str!("../../shaders/view.wgsl"));
 
 pub(crate) const VIEW: Descriptor = Descriptor {
     fixed: |_| Some("a display needs it"),
-    settings: |context| key(context.effects.view),
+    settings: |context| {
+        let seen = context.scene.viewing.factor_and_power();
+        key((context.scene.view(), seen.map(f32::to_bits)))
+    },
     shader: Some(&SHADER),
     run: Run::Encode(EncodeStep {
-        in_memory: |context, light| Some(view(light, context.effects.view)),
-        on_gpu: |context, recording, light| recording.view(light, context.effects.view).map(Some),
+        in_memory: |context, light| Some(viewed(light, context.scene)),
+        on_gpu: |context, recording, light| recording.viewed(light, context.scene).map(Some),
     }),
     ..Descriptor::new(Pass::View, |context| {
         context.displayed()?;
-        let curve = match context.effects.view {
+        let curve = match context.scene.view() {
             ViewTransform::Srgb => "the display is sRGB",
             ViewTransform::Filmic => "the display is sRGB; highlights roll off as on film",
             ViewTransform::Aces => "the display is sRGB, by way of ACES",
         };
-        Ok(curve.to_owned())
+        Ok(match context.scene.viewing.is_neutral() {
+            true => curve.to_owned(),
+            false => format!("{curve}; changed for viewing"),
+        })
     })
 };
 
@@ -74,6 +81,25 @@ pub fn view(linear: &Image, transform: ViewTransform) -> Encoded {
     }
 }
 
+/// [`view`] as a scene is looked at: see [`scene::Viewing`].
+pub fn viewed(linear: &Image, scene: &Scene) -> Encoded {
+    match scene.viewing.factor_and_power() {
+        [1.0, 1.0] => view(linear, scene.view()),
+        _ => encoded(linear, |pixel| viewed_code(pixel, scene)),
+    }
+}
+
+/// One pixel's codes as a scene is looked at.
+pub fn viewed_code(pixel: [f32; 3], scene: &Scene) -> [f32; 3] {
+    let [factor, power] = scene.viewing.factor_and_power();
+    let seen = pixel.map(|v| match power {
+        1.0 => factor * v,
+        // Negative light and NaN are black.
+        _ => (factor * v).max(0.0).powf(power),
+    });
+    code(seen, scene.view())
+}
+
 /// sRGB codes of linear light, clipped to `[0, 1]`.
 pub fn srgb(linear: &Image) -> Encoded {
     encoded(linear, |pixel| pixel.map(srgb_from_linear))
@@ -88,18 +114,36 @@ fn encoded(linear: &Image, code: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Encode
     })
 }
 
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(crate) struct ViewParams {
+    size: [u32; 2],
+    curve: u32,
+    factor: f32,
+    power: f32,
+    unused: [u32; 3],
+}
+
 impl Recording<'_> {
-    /// [`view`] on the GPU.
+    /// [`viewed`] on the GPU.
     ///
     /// # Errors
     /// When the GPU cannot hold the result.
-    pub fn view(&mut self, light: &GpuPicture, transform: ViewTransform) -> Result<GpuPicture> {
-        let curve = match transform {
-            ViewTransform::Srgb => 0,
-            ViewTransform::Filmic => 1,
-            ViewTransform::Aces => 2,
+    pub fn viewed(&mut self, light: &GpuPicture, scene: &Scene) -> Result<GpuPicture> {
+        let [factor, power] = scene.viewing.factor_and_power();
+        let params = ViewParams {
+            size: extent(light.size()),
+            curve: match scene.view() {
+                ViewTransform::Srgb => 0,
+                ViewTransform::Filmic => 1,
+                ViewTransform::Aces => 2,
+            },
+            factor,
+            power,
+            unused: [0; 3],
         };
-        self.plain((&SHADER, "view"), [curve, 0], light, None)
+        let (shader, size) = ((&SHADER, "view"), light.size());
+        self.run(shader, bytes_of(&params), light, None, size)
     }
 }
 
@@ -153,6 +197,7 @@ fn times(matrix: &[[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::Viewing;
 
     const CURVES: [ViewTransform; 3] = [
         ViewTransform::Srgb,
@@ -172,6 +217,42 @@ mod tests {
             }
             assert!(ramp[0] < 0.01 && ramp[219] > 0.98, "{curve:?}: {ramp:?}");
         }
+    }
+
+    #[test]
+    fn a_viewing_exposure_reaches_into_what_clips_and_gamma_leaves_black_and_white() {
+        let seen = |light: f32, exposure_stops: f32, gamma: f32| {
+            let scene = Scene {
+                viewing: Viewing {
+                    exposure_stops,
+                    gamma,
+                    view: None,
+                },
+                ..Scene::default()
+            };
+            let codes = viewed(&Image::filled(1, 1, [light; 3]), &scene).0.pixels[0];
+            assert_eq!(codes, viewed_code([light; 3], &scene));
+            codes[0]
+        };
+        // Two stops darker, light of 2 and 3 is told apart again.
+        assert_eq!(seen(2.0, 0.0, 1.0), seen(3.0, 0.0, 1.0));
+        assert_eq!(seen(2.0, -2.0, 1.0), srgb_from_linear(0.5));
+        assert!(seen(3.0, -2.0, 1.0) > seen(2.0, -2.0, 1.0) + 0.1);
+        assert!((seen(0.25, 0.0, 2.0) - srgb_from_linear(0.5)).abs() < 1e-6);
+        assert_eq!(seen(0.0, 0.0, 2.0), 0.0);
+        assert_eq!(seen(1.0, 0.0, 2.0), seen(1.0, 0.0, 1.0));
+        for hostile in [f32::NAN, -1.0, f32::NEG_INFINITY, f32::INFINITY] {
+            assert!((0.0..=1.0).contains(&seen(hostile, 1.0, 2.0)), "{hostile}");
+        }
+        let filmic = Scene {
+            viewing: Viewing {
+                view: Some(ViewTransform::Filmic),
+                ..Viewing::default()
+            },
+            ..Scene::default()
+        };
+        let grey = Image::filled(1, 1, [0.7; 3]);
+        assert_eq!(viewed(&grey, &filmic), view(&grey, ViewTransform::Filmic));
     }
 
     #[test]

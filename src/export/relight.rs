@@ -21,7 +21,7 @@ use project::{KnownEnvironment, Project};
 use reflectance::Predictor;
 use scene::{
     Animated, Animation, Background, EXPOSURE_STOPS, Effects, Output, Pass, STRENGTHS, Scene,
-    Setting,
+    Setting, Viewing,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -119,6 +119,8 @@ impl RelightSettings {
                 _ => Background::None,
             },
             output,
+            // A person's way of looking at the picture is not the picture's.
+            viewing: Viewing::default(),
         }
     }
 

@@ -8,11 +8,11 @@ use burn::nn::{BatchNormConfig, GroupNormConfig, PaddingConfig2d};
 use burn::tensor::{Device, Tensor, TensorData};
 use compositor::passes::PicturePasses;
 use compositor::reference::{lit_lamps, relight, relight_half};
-use compositor::view;
+use compositor::viewed;
 use imaging::Image;
 use reflectance::kernels::{self, Activation, Precision};
 use reflectance::{HalfField, ReflectanceField};
-use scene::ViewTransform;
+use scene::{Effects, Scene, ViewTransform};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Width and height of what the layers see.
@@ -61,7 +61,7 @@ impl Check {
             Self::Layers => return layers(&Device::flex()),
             Self::Sum => relight(&field, &weights, &lit),
             Self::HalfSum => relight_half(&HalfField::from(&field), &weights, &lit),
-            Self::View => view(&ramp(), ViewTransform::Filmic).0,
+            Self::View => viewed(&ramp(), &filmic()).0,
         };
         Ok(values(picture))
     }
@@ -74,12 +74,23 @@ impl Check {
             Self::HalfSum => passes.relight.run_half(&HalfField::from(&field), &weights),
             Self::View => passes.upload_opaque(&ramp()).and_then(|ramp| {
                 let mut recording = passes.begin();
-                let shown = recording.view(&ramp, ViewTransform::Filmic)?;
+                let shown = recording.viewed(&ramp, &filmic())?;
                 let mut pictures = recording.finish(&[&shown])?.pictures;
                 Ok(pictures.remove(0))
             }),
         };
         picture.map(values).map_err(|e| e.to_string())
+    }
+}
+
+/// A scene that is shown through the film curve.
+fn filmic() -> Scene {
+    Scene {
+        effects: Effects {
+            view: ViewTransform::Filmic,
+            ..Effects::default()
+        },
+        ..Scene::default()
     }
 }
 

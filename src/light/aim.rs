@@ -135,6 +135,17 @@ impl LampResponses {
         Ok(densest(&weighed, spacing(&weighed)))
     }
 
+    /// Columns and rows of the pictures.
+    pub fn size(&self) -> (usize, usize) {
+        self.matte.size()
+    }
+
+    /// The angle in radians from a lamp to the nearest other one, in the middle of all lamps.
+    pub fn spacing(&self) -> f32 {
+        let lamps: Vec<(Vec3, f32)> = self.lamps.iter().map(|l| (l.direction, 1.0)).collect();
+        spacing(&lamps)
+    }
+
     /// Indices of the subject's pixels around a covered one, with their shares of a Gaussian.
     fn neighbourhood(&self, [x, y]: [usize; 2]) -> Vec<(usize, f32)> {
         let (width, height) = self.matte.size();

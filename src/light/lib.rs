@@ -6,6 +6,8 @@ pub mod brightest;
 pub mod built_in;
 pub mod conventions;
 pub mod environment;
+mod group;
+pub mod highlight;
 pub mod keyframes;
 pub mod latlong;
 pub mod lighting;
@@ -20,6 +22,7 @@ pub mod white;
 pub mod yaw_table;
 
 pub use environment::Environment;
+pub use group::LightGroup;
 pub use lighting::Lighting;
 pub use mapping::Mapping;
 pub use placed::PlacedLight;

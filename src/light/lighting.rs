@@ -1,5 +1,6 @@
 //! How an environment lights the subject: turned freely, graded, and joined by lights placed by hand.
 
+use super::group::LightGroup;
 use super::placed::PlacedLight;
 use super::weights::{self, LightWeights, Partition, Weighting, rotation};
 use super::{Environment, Rig, YawTable, white};
@@ -74,6 +75,10 @@ pub struct Lighting {
         allow_hyphen_values = true
     )]
     pub placed: Vec<PlacedLight>,
+    /// The groups of placed lights.
+    #[arg(skip)]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub groups: Vec<LightGroup>,
 }
 
 impl Default for Lighting {
@@ -87,6 +92,7 @@ impl Default for Lighting {
             tint: 0.0,
             background_yaw_deg: 0.0,
             placed: vec![],
+            groups: vec![],
         }
     }
 }
@@ -98,18 +104,34 @@ impl Lighting {
     /// Whether lights placed by hand light the subject alone: one that is on is solo. Then the environment and all other
     /// lights are off.
     pub fn is_solo(&self) -> bool {
-        self.placed.iter().any(|light| light.enabled && light.solo)
+        self.placed.iter().any(|light| self.lights_alone(light))
+    }
+
+    /// The group that a light is in.
+    pub fn group_of(&self, light: &PlacedLight) -> Option<&LightGroup> {
+        (self.groups.iter()).find(|group| group.name == light.group && !group.name.is_empty())
+    }
+
+    /// Whether a light is on, and its group too.
+    fn is_on(&self, light: &PlacedLight) -> bool {
+        light.enabled && self.group_of(light).is_none_or(|group| !group.muted)
+    }
+
+    /// Whether a light is on, and it or its group is solo.
+    fn lights_alone(&self, light: &PlacedLight) -> bool {
+        let is_solo = || light.solo || self.group_of(light).is_some_and(|group| group.solo);
+        self.is_on(light) && is_solo()
     }
 
     /// Whether a light of this lighting is on, and not silenced by others that are solo.
     pub fn shines(&self, light: &PlacedLight) -> bool {
-        light.enabled && (light.solo || !self.is_solo())
+        self.lights_alone(light) || self.is_on(light) && !self.is_solo()
     }
 
     /// What the lights are called that light the subject alone; empty unless [`Self::is_solo`].
     pub fn solo_titles(&self) -> Vec<String> {
         let lights = self.placed.iter().enumerate();
-        let solo = lights.filter(|(_, light)| light.enabled && light.solo);
+        let solo = lights.filter(|(_, light)| self.lights_alone(light));
         solo.map(|(i, light)| light.title(i)).collect()
     }
 
@@ -131,6 +153,15 @@ impl Lighting {
     fn free_id(&self) -> u32 {
         let taken: HashSet<u32> = self.placed.iter().map(|light| light.id).collect();
         (1..).find(|id| !taken.contains(id)).unwrap_or(u32::MAX)
+    }
+
+    /// A light as it lights the subject: with the gain of its group.
+    fn with_group_gain(&self, light: &PlacedLight) -> PlacedLight {
+        let gain = self.group_of(light).map_or(1.0, LightGroup::gain);
+        PlacedLight {
+            intensity: light.intensity * gain,
+            ..light.clone()
+        }
     }
 
     /// A light to add: a softbox, solo if others are, so that it is seen.
@@ -226,7 +257,7 @@ impl EnvironmentWeights {
         let (width, height) = self.reduced.radiance.size();
         let mut lights = Image::filled(width, height, [0.0; 3]);
         for light in (lighting.placed.iter()).filter(|light| lighting.shines(light)) {
-            light.add_to(&mut lights);
+            lighting.with_group_gain(light).add_to(&mut lights);
         }
         let lights = Environment::from_radiance("placed", lights);
         let mut placed = self.partition.weights(&lights, 0.0);
@@ -444,6 +475,69 @@ mod tests {
         // A light that is off silences nothing.
         let off = weights(vec![at(90.0, true, false), at(-90.0, false, true)], 0.0);
         assert_eq!(off, weights(vec![at(-90.0, false, true)], 0.0));
+    }
+
+    #[test]
+    fn a_group_turns_its_lights_up_mutes_them_and_shows_them_alone() {
+        let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
+        let light = |yaw_deg: f32, group: &str| PlacedLight {
+            yaw_deg,
+            group: group.to_owned(),
+            ..PlacedLight::default()
+        };
+        let group = LightGroup {
+            name: "Left".to_owned(),
+            ..LightGroup::default()
+        };
+        let plain = Lighting {
+            placed: vec![light(-90.0, "Left"), light(90.0, ""), light(0.0, "gone")],
+            groups: vec![group.clone()],
+            ..Lighting::default()
+        };
+        let mut green = |group: LightGroup| {
+            let lighting = Lighting {
+                groups: vec![group],
+                ..plain.clone()
+            };
+            energy(&lit.weights(&lighting, 0.0, 1.0))[1]
+        };
+        // Lamps of energy 1 have weights that are energies.
+        let one = std::f32::consts::PI;
+        let all = green(group.clone());
+        let louder = green(LightGroup {
+            gain_stops: 1.0,
+            ..group.clone()
+        });
+        let muted = green(LightGroup {
+            muted: true,
+            solo: true,
+            ..group.clone()
+        });
+        let alone = green(LightGroup {
+            solo: true,
+            ..group.clone()
+        });
+        let wild = green(LightGroup {
+            gain_stops: f32::NAN,
+            ..group.clone()
+        });
+        assert!((louder - all - one).abs() < 1e-2, "{louder} {all}");
+        assert!((all - muted - one).abs() < 1e-2, "{all} {muted}");
+        assert!((alone - one).abs() < 1e-2, "{alone}");
+        assert_eq!(wild, all);
+        let text = serde_json::to_string(&plain).unwrap();
+        assert_eq!(serde_json::from_str::<Lighting>(&text).unwrap(), plain);
+        // A file without groups is written as before.
+        let bare = serde_json::to_string(&Lighting::default()).unwrap();
+        assert!(!bare.contains("groups"), "{bare}");
+        let named = Lighting {
+            groups: vec![LightGroup {
+                solo: true,
+                ..group
+            }],
+            ..plain
+        };
+        assert_eq!(named.solo_titles(), ["Light 1"]);
     }
 
     #[test]

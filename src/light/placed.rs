@@ -54,6 +54,12 @@ pub struct PlacedLight {
     /// What a person calls it; empty if it is called by its number.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
+    /// The name of its [`super::LightGroup`]; empty if it is in none.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub group: String,
+    /// The temperature in kelvin that `color` was set by; None if it was set otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temperature_k: Option<f32>,
 }
 
 /// Whether a light has no number yet.
@@ -75,6 +81,8 @@ impl Default for PlacedLight {
             enabled: true,
             solo: false,
             name: String::new(),
+            group: String::new(),
+            temperature_k: None,
         }
     }
 }
@@ -86,6 +94,24 @@ impl PlacedLight {
             true => format!("Light {}", index + 1),
             false => self.name.clone(),
         }
+    }
+
+    /// Its brightness in stops: 0 is an intensity of π, with which white that faces it is 1. No light has −∞.
+    pub fn gain_stops(&self) -> f32 {
+        (self.intensity / std::f32::consts::PI).log2()
+    }
+
+    /// Sets its brightness in stops; NaN changes nothing.
+    pub fn set_gain_stops(&mut self, stops: f32) {
+        if !stops.is_nan() {
+            self.intensity = std::f32::consts::PI * stops.exp2();
+        }
+    }
+
+    /// Gives it the colour of white light of a temperature in kelvin.
+    pub fn set_temperature(&mut self, kelvin: f32) {
+        self.color = super::white::gains(kelvin, 0.0);
+        self.temperature_k = Some(kelvin);
     }
 
     /// The same light in this direction from the subject, which may have any length; if that is zero or not finite, it stays
@@ -218,6 +244,8 @@ mod tests {
                     id: kind as u32,
                     solo: kind == 1,
                     name: ["", "Key", "Rim \"2\""][kind].to_owned(),
+                    group: ["", "Left", ""][kind].to_owned(),
+                    temperature_k: (kind == 2).then_some(3200.0),
                     ..PlacedLight::default()
                 },
             )
@@ -246,9 +274,32 @@ mod tests {
     fn a_light_of_an_older_file_is_read_and_a_plain_one_is_written_as_before() {
         let text = r#"{"kind":"area","yaw_deg":10.0,"pitch_deg":5.0,"radius_deg":3.0,"color":[1.0,1.0,1.0],"intensity":2.0,"enabled":true}"#;
         let light: PlacedLight = serde_json::from_str(text).unwrap();
-        assert!(!light.solo && light.name.is_empty());
+        assert!(!light.solo && light.name.is_empty() && light.group.is_empty());
+        assert_eq!(light.temperature_k, None);
         assert_eq!(light.title(2), "Light 3");
         assert_eq!(serde_json::to_string(&light).unwrap(), text);
+    }
+
+    #[test]
+    fn a_light_is_as_bright_and_as_warm_as_it_is_set() {
+        let mut light = PlacedLight::default();
+        assert_eq!(light.gain_stops(), 0.0);
+        light.set_gain_stops(2.0);
+        assert_eq!(light.intensity, 4.0 * std::f32::consts::PI);
+        light.set_gain_stops(f32::NAN);
+        assert_eq!(light.gain_stops(), 2.0);
+        light.set_temperature(3200.0);
+        let [r, g, b] = light.color;
+        assert!(r > g && g > b && light.temperature_k == Some(3200.0));
+        // Who does not know of temperatures reads the same colour.
+        let text = serde_json::to_string(&light).unwrap();
+        let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
+        older.as_object_mut().unwrap().remove("temperature_k");
+        let older: PlacedLight = serde_json::from_value(older).unwrap();
+        assert_eq!(
+            (older.color, older.intensity),
+            (light.color, light.intensity)
+        );
     }
 
     #[test]

@@ -4,11 +4,13 @@ mod animation;
 mod forced;
 mod pass;
 mod setting;
+mod viewing;
 
 pub use animation::Animation;
 pub use forced::Forced;
 pub use pass::{Effects, Pass, STRENGTHS, Strength};
 pub use setting::{Animated, LightSetting, Setting, Unit};
+pub use viewing::{GAMMA, Viewing};
 
 use light::Lighting;
 use serde::{Deserialize, Serialize};
@@ -35,6 +37,16 @@ pub struct Scene {
     /// What else is done to it; nothing unless asked for.
     #[serde(default)]
     pub effects: Effects,
+    /// How it is looked at; no export has any of it.
+    #[serde(default, skip_serializing_if = "Viewing::is_neutral")]
+    pub viewing: Viewing,
+}
+
+impl Scene {
+    /// The tone curve that the picture is shown through.
+    pub fn view(&self) -> ViewTransform {
+        self.viewing.view.unwrap_or(self.effects.view)
+    }
 }
 
 /// What is behind the subject.
@@ -109,6 +121,9 @@ mod tests {
         let old = r#"{"frame":3,"yaw_deg":1.5,"exposure_stops":0.0,"background":"None","output":"Display"}"#;
         let scene: Scene = serde_json::from_str(old).unwrap();
         assert_eq!(scene.effects, Effects::default());
+        assert!(scene.viewing.is_neutral());
+        let text = serde_json::to_string(&scene).unwrap();
+        assert!(!text.contains("viewing"), "{text}");
         let some = r#"{"glare":0.5,"inspection":{"channel":"alpha"}}"#;
         let effects: Effects = serde_json::from_str(some).unwrap();
         assert_eq!(effects.glare, 0.5);

@@ -343,6 +343,8 @@ impl StudioApp {
             relit: self.preview.relit.as_ref(),
             texel: self.readers.inspector.texel(),
             no_aim: self.readers.aim.refusal(),
+            highlights: (self.preview.relit.as_ref())
+                .and_then(|relit| self.readers.aim.highlights(&relit.predicted)),
             exports: &self.exports.queue,
             existing_files: self.exports.destination.found(),
             probe: self.readers.analysis.probe.as_ref(),

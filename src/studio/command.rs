@@ -20,7 +20,7 @@ use light::Lighting;
 use light::conventions::Front;
 use light::keyframes::Keyframes;
 use project::Framing;
-use scene::{Background, Effects, Inspection, Setting};
+use scene::{Background, Effects, Inspection, Setting, Viewing};
 use std::path::PathBuf;
 use tradeoff::TradeoffSettings;
 use worker::Need;
@@ -73,8 +73,6 @@ pub enum LookCommand {
     Turn(f32),
     /// Set the exposure in stops.
     Exposure(f32),
-    /// Change the exposure by this many stops.
-    StepExposure(f32),
     /// How the environment's light is turned and graded, and the lights placed by hand.
     Lighting(Box<Lighting>),
     /// Place a light, or move the one that the same drag has placed.
@@ -83,8 +81,6 @@ pub enum LookCommand {
     Effects(Effects),
     /// What is shown behind the subject.
     Background(Background),
-    /// Look at this in place of the picture, or at the picture again.
-    Inspect(Inspection),
     /// Use this outline of the mirror ball; None for the project's own.
     Circle(Option<Circle>),
     /// Try this camera response; None for the calibration's own.
@@ -93,8 +89,6 @@ pub enum LookCommand {
     Training(TrainChoice),
     /// Give the settings under one heading their defaults.
     Reset(Group),
-    /// Fit the picture and set the exposure to 0 stops.
-    ResetView,
     Undo,
     Redo,
 }
@@ -116,8 +110,8 @@ pub struct AimedLight {
 pub enum AimCommand {
     /// Have a press on the picture place a light, or turn the environment again.
     Toggle,
-    /// The pointer was pressed: what follows is another light.
-    Begin,
+    /// The pointer was pressed: what follows moves the light of this index, or places another.
+    Begin(Option<usize>),
     /// The pointer is over this column and row of the picture, or beside it.
     At(Option<[usize; 2]>),
 }
@@ -165,6 +159,14 @@ pub enum ViewCommand {
     StepSolo(isize),
     /// Choose the light placed by hand that has this index.
     ChooseLight(Option<usize>),
+    /// How the picture is looked at; nothing of it is exported.
+    Viewing(Viewing),
+    /// Change the viewing exposure by this many stops.
+    StepViewing(f32),
+    /// Look at this in place of the picture, or at the picture again.
+    Inspect(Inspection),
+    /// Fit the picture, and show it as it is exported.
+    ResetView,
     /// Read the values of the pixel in this column and row.
     Pixel(Option<[usize; 2]>),
     /// Read the means of this part of the picture; None for pixels alone.
@@ -177,6 +179,8 @@ pub enum ViewCommand {
     StepFrame(isize),
     LastFrame,
     TogglePlay,
+    /// Go around the range between in and out while playing, or stop at its end.
+    ToggleLoop,
     /// Play and export from the current frame on, or up to it.
     MarkIn,
     MarkOut,
@@ -216,8 +220,8 @@ pub enum WindowCommand {
     /// Zoom until a pixel of the picture is one of the screen.
     ActualSize,
     /// Close what covers the picture, leave full screen, do as [`Self::DismissRefusal`], stop placing lights on the
-    /// picture, leave the four looks, show all pictures of a cell, leave the cell, read pixels instead of a region, or light by all lamps again: the
-    /// first of these that applies.
+    /// picture, leave the four looks, show all pictures of a cell, leave the cell, read pixels instead of a region, light by
+    /// all lamps again, or choose no light: the first of these that applies.
     Dismiss,
     /// Close the message that says why something could not be done.
     DismissRefusal,

@@ -13,12 +13,15 @@ pub const COMPARE: &str = "\u{E870}";
 pub const COPY: &str = "\u{E1CA}";
 pub const DONE: &str = "\u{E182}";
 pub const DOWN: &str = "\u{E136}";
+pub const ENLARGE: &str = "\u{E0A6}";
 pub const EXPORT: &str = "\u{EAF0}";
 pub const FIT: &str = "\u{E1D0}";
 pub const FOLDER: &str = "\u{E256}";
 pub const FRONT: &str = "\u{E1C8}";
 pub const FOUR: &str = "\u{E464}";
+pub const HIDDEN: &str = "\u{E224}";
 pub const LOCK: &str = "\u{E2FA}";
+pub const LOOP: &str = "\u{E3F6}";
 pub const MORE: &str = "\u{E1FE}";
 pub const NEXT: &str = "\u{E13A}";
 pub const OVER: &str = "\u{E038}";
@@ -27,11 +30,14 @@ pub const PAUSE: &str = "\u{E39E}";
 pub const PLAY: &str = "\u{E3D0}";
 pub const PREVIOUS: &str = "\u{E138}";
 pub const QUEUE: &str = "\u{E6AC}";
+pub const REDUCE: &str = "\u{E09E}";
 pub const REDO: &str = "\u{E08C}";
 pub const RELIGHT: &str = "\u{E2DC}";
 pub const REMOVE: &str = "\u{E4F6}";
 pub const REVIEW: &str = "\u{E150}";
 pub const SEARCH: &str = "\u{E30C}";
+pub const SEEN: &str = "\u{E220}";
+pub const SOLO: &str = "\u{E47C}";
 pub const STAR: &str = "\u{E46A}";
 pub const STOP: &str = "\u{E46C}";
 pub const TRAIN: &str = "\u{E62C}";
@@ -79,9 +85,10 @@ mod tests {
             ui.ctx().fonts_mut(|fonts| {
                 let body = egui::FontId::proportional(14.0);
                 for icon in [
-                    ADD, AIM, CALIBRATE, CHANNELS, COMPARE, COPY, DONE, DOWN, EXPORT, FIT, FOLDER,
-                    FOUR, FRONT, LOCK, MORE, NEXT, OVER, PANELS, PAUSE, PLAY, PREVIOUS, QUEUE,
-                    REDO, RELIGHT, REMOVE, REVIEW, SEARCH, STAR, STOP, TRAIN, UNDO, WARNING,
+                    ADD, AIM, CALIBRATE, CHANNELS, COMPARE, COPY, DONE, DOWN, ENLARGE, EXPORT, FIT,
+                    FOLDER, FOUR, FRONT, HIDDEN, LOCK, LOOP, MORE, NEXT, OVER, PANELS, PAUSE, PLAY,
+                    PREVIOUS, QUEUE, REDO, REDUCE, RELIGHT, REMOVE, REVIEW, SEARCH, SEEN, SOLO, STAR,
+                    STOP, TRAIN, UNDO, WARNING,
                 ] {
                     assert!(fonts.has_glyphs(&body, icon), "{icon:?}");
                     assert!(fonts.glyph_width(&body, icon.chars().next().unwrap()) > 8.0);

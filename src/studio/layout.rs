@@ -212,7 +212,7 @@ impl Workspace {
                     LinearDir::Vertical,
                     &[(main, 0.0), (below, LANES)],
                 );
-                let columns = [(left, 208.0), (middle, 0.0), (right, 284.0)];
+                let columns = [(left, 208.0), (middle, 0.0), (right, 360.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
         };

@@ -1,10 +1,12 @@
-//! Light by the face: which direction a light comes from that falls on a point of the picture. It is found in the
-//! background: a field on a GPU takes time.
+//! Light by the face: which direction a light comes from that falls on a point of the picture, and where the lights fall that
+//! are there. Both are found in the background: a field on a GPU takes time.
 
+use base::error::Result;
 use glam::Vec3;
 use light::Rig;
 use light::aim::{LampResponses, NoAim};
-use std::sync::Arc;
+use light::highlight::Highlights;
+use std::sync::{Arc, Mutex, PoisonError};
 use worker::{Lookup, PredictedFrame};
 
 /// A point of a picture, and the drag that brought the pointer there.
@@ -24,29 +26,39 @@ impl AimQuestion {
     }
 }
 
-/// Finds directions. What is known of a frame serves a whole drag.
-fn finder() -> impl FnMut(&AimQuestion) -> base::error::Result<Result<Vec3, NoAim>> + Send {
-    let mut known: Option<(Arc<PredictedFrame>, LampResponses)> = None;
-    move |AimQuestion { of, rig, pixel, .. }| {
-        let Some(pixel) = pixel.and_then(|pixel| of.working_pixel(pixel)) else {
-            return Ok(Err(NoAim::Outside));
-        };
-        let same = known.take().filter(|(frame, _)| Arc::ptr_eq(frame, of));
-        let (_, responses) = match same {
-            Some(same) => known.insert(same),
-            None => known.insert((of.clone(), of.responses(rig)?)),
-        };
-        Ok(responses.aim(pixel))
-    }
+/// A frame whose highlights are wanted.
+#[derive(Clone)]
+struct HighlightQuestion {
+    of: Arc<PredictedFrame>,
+    rig: Arc<Rig>,
 }
 
-/// The newest question, and the thread that answers it.
+/// What is known of the newest frame that was asked about. It serves a whole drag, and both kinds of questions.
+type Known = Arc<Mutex<Option<(Arc<PredictedFrame>, Arc<LampResponses>)>>>;
+
+fn responses(known: &Known, of: &Arc<PredictedFrame>, rig: &Rig) -> Result<Arc<LampResponses>> {
+    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((frame, responses)) = &*known
+        && Arc::ptr_eq(frame, of)
+    {
+        return Ok(responses.clone());
+    }
+    let found = Arc::new(of.responses(rig)?);
+    *known = Some((of.clone(), found.clone()));
+    Ok(found)
+}
+
+/// The newest question of each kind, and the threads that answer them.
 #[derive(Default)]
 pub struct LightAim {
-    lookup: Option<Lookup<AimQuestion, Result<Vec3, NoAim>>>,
+    known: Known,
+    lookup: Option<Lookup<AimQuestion, std::result::Result<Vec3, NoAim>>>,
     asked: Option<AimQuestion>,
     /// Why the newest question has no answer.
     refusal: Option<NoAim>,
+    seeker: Option<Lookup<HighlightQuestion, Arc<Highlights>>>,
+    sought: Option<Arc<PredictedFrame>>,
+    highlights: Option<(Arc<PredictedFrame>, Arc<Highlights>)>,
 }
 
 impl LightAim {
@@ -55,9 +67,50 @@ impl LightAim {
         if self.asked.as_ref().is_some_and(|asked| asked.is(&question)) {
             return;
         }
-        let lookup = (self.lookup).get_or_insert_with(|| Lookup::start(wake, finder()));
+        let known = self.known.clone();
+        let lookup = self.lookup.get_or_insert_with(|| {
+            Lookup::start(wake, move |AimQuestion { of, rig, pixel, .. }| {
+                let Some(pixel) = pixel.and_then(|pixel| of.working_pixel(pixel)) else {
+                    return Ok(Err(NoAim::Outside));
+                };
+                Ok(responses(&known, of, rig)?.aim(pixel))
+            })
+        });
         lookup.ask(question.clone());
         self.asked = Some(question);
+    }
+
+    /// Asks where lights fall in a frame.
+    pub fn seek(
+        &mut self,
+        of: &Arc<PredictedFrame>,
+        rig: &Arc<Rig>,
+        wake: impl Fn() + Send + 'static,
+    ) {
+        if self
+            .sought
+            .as_ref()
+            .is_some_and(|sought| Arc::ptr_eq(sought, of))
+        {
+            return;
+        }
+        let known = self.known.clone();
+        let seeker = self.seeker.get_or_insert_with(|| {
+            Lookup::start(wake, move |HighlightQuestion { of, rig }| {
+                Ok(Arc::new(Highlights::of(&*responses(&known, of, rig)?)))
+            })
+        });
+        seeker.ask(HighlightQuestion {
+            of: of.clone(),
+            rig: rig.clone(),
+        });
+        self.sought = Some(of.clone());
+    }
+
+    /// Where lights fall in a frame; None until it is found.
+    pub fn highlights(&self, of: &Arc<PredictedFrame>) -> Option<&Highlights> {
+        let (found, highlights) = self.highlights.as_ref()?;
+        Arc::ptr_eq(found, of).then_some(&**highlights)
     }
 
     /// Directions that were found since the last call, with their questions, and why the newest could not be looked for.
@@ -71,6 +124,12 @@ impl LightAim {
                     found.push((question, direction));
                 }
                 Ok(Err(none)) => self.refusal = Some(none),
+                Err(e) => failure = Some(e.to_string()),
+            }
+        }
+        for (question, answer) in self.seeker.iter().flat_map(Lookup::answers) {
+            match answer {
+                Ok(highlights) => self.highlights = Some((question.of, highlights)),
                 Err(e) => failure = Some(e.to_string()),
             }
         }

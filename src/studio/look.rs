@@ -12,7 +12,7 @@ use super::environment_list::ListedEnvironment;
 use super::training::TrainChoice;
 use calibration::{Circle, Trial};
 use light::Lighting;
-use scene::{Animation, Background, EXPOSURE_STOPS, Effects, Inspection, Setting};
+use scene::{Animation, Background, EXPOSURE_STOPS, Effects, Setting};
 use std::sync::Arc;
 
 /// The settings that can be undone.
@@ -70,14 +70,5 @@ impl LookSettings {
         if !stops.is_nan() {
             self.exposure_stops = stops.clamp(*EXPOSURE_STOPS.start(), *EXPOSURE_STOPS.end());
         }
-    }
-
-    /// Looks at something in place of the picture, or at the picture again.
-    pub(super) fn inspect(&mut self, inspection: Inspection) {
-        let shown = &mut self.effects.inspection;
-        *shown = match *shown == inspection {
-            true => Inspection::Picture,
-            false => inspection,
-        };
     }
 }

@@ -18,6 +18,7 @@ use super::training::Training;
 use super::wizard::Wizard;
 use benchmark::MachineReport;
 use light::aim::NoAim;
+use light::highlight::Highlights;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -39,6 +40,8 @@ pub struct PanelContext<'a> {
     pub texel: Option<&'a [[f32; 3]]>,
     /// Why no light was placed where the picture was clicked.
     pub no_aim: Option<NoAim>,
+    /// Where lights fall in the newest picture's frame, once that is known.
+    pub highlights: Option<&'a Highlights>,
     /// The queue of exports.
     pub exports: &'a [Export],
     /// Which files of the next export exist already.

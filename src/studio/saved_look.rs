@@ -6,7 +6,7 @@ use base::files;
 use light::Lighting;
 use light::keyframes::Keyframes;
 use project::Project;
-use scene::{Animation, Background, Effects, Setting};
+use scene::{Animation, Background, Effects, Inspection, Setting};
 use serde::{Deserialize, Serialize};
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -97,7 +97,11 @@ impl SavedLook {
         look.turn_to(self.yaw_deg);
         look.expose(self.exposure_stops);
         look.lighting = self.lighting;
-        look.effects = self.effects.bounded();
+        look.effects = Effects {
+            // What is looked at in place of the picture was once part of the look.
+            inspection: Inspection::Picture,
+            ..self.effects.bounded()
+        };
         look.background = self.background;
         look.number_lights();
         look.follow(0);

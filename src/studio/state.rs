@@ -11,7 +11,7 @@ use super::region::Region;
 use super::saved_history::History;
 use evaluation::review::Metric;
 use project::Project;
-use scene::{Inspection, Output, Scene};
+use scene::{Inspection, Output, Scene, Viewing};
 use std::mem::{Discriminant, discriminant, replace};
 use worker::Origin;
 
@@ -120,6 +120,12 @@ pub struct State {
     /// Frames per second.
     pub frame_rate: f64,
     pub playing: bool,
+    /// Playing goes around the range between in and out; otherwise it stops at the end.
+    pub loops: bool,
+    /// How the picture is looked at; nothing of it is exported.
+    pub viewing: Viewing,
+    /// What is shown in place of the picture.
+    pub inspection: Inspection,
     /// What the next export is to be.
     pub export_options: ExportOptions,
     pub view: View,
@@ -144,6 +150,8 @@ pub struct State {
     /// How often a press began to place a light, and for which of them a light was placed.
     aim_drag: u64,
     placed_for: u64,
+    /// The light that this press moves, by its index; None if it places another.
+    aim_moves: Option<usize>,
     /// The light that the newest step of undo has placed, and its index.
     aimed: Option<(AimedLight, usize)>,
 }
@@ -181,6 +189,9 @@ impl State {
             frames,
             frame_rate,
             playing: false,
+            loops: true,
+            viewing: Viewing::default(),
+            inspection: Inspection::default(),
             export_options: ExportOptions::default(),
             view: View::FITTED,
             panels: true,
@@ -196,6 +207,7 @@ impl State {
             dragging: None,
             aim_drag: 0,
             placed_for: 0,
+            aim_moves: None,
             aimed: None,
         }
     }
@@ -219,6 +231,7 @@ impl State {
     /// The picture of a look that stands at the same frame, seen as this state shows pictures.
     pub fn scene_of(&self, look: &LookSettings) -> Scene {
         let mut effects = look.effects;
+        effects.inspection = self.inspection;
         let compares = self.compare.on && !self.four.on;
         if compares && self.compare.mode == CompareMode::Difference {
             effects.inspection = Inspection::Difference { gain: self.gain };
@@ -231,6 +244,7 @@ impl State {
             exposure_stops: look.exposure_stops,
             background: look.background,
             output: Output::Display,
+            viewing: self.viewing.bounded(),
         }
     }
 
@@ -258,9 +272,16 @@ impl State {
         self.light.filter(|&light| light < lights)
     }
 
-    /// Begins to place another light.
-    pub fn begin_aim(&mut self) {
+    /// Whether lights placed by hand have handles on the picture: all of them while lights are placed by the face, else the
+    /// one that was chosen last.
+    pub fn shows_handles(&self) -> bool {
+        self.chosen_light().is_some() || self.aims && !self.look.lighting.placed.is_empty()
+    }
+
+    /// Begins to move the light of this index, or to place another.
+    pub fn begin_aim(&mut self, moves: Option<usize>) {
         self.aim_drag += 1;
+        self.aim_moves = moves;
     }
 
     /// Number of the drag that places a light.
@@ -272,6 +293,11 @@ impl State {
     pub fn aimed_at(&self, frame: usize) -> Option<[usize; 2]> {
         let (aimed, _) = self.aimed.as_ref()?;
         (aimed.frame == frame).then_some(aimed.pixel)
+    }
+
+    /// The light that was placed or moved last on the picture, by its index, if nothing was changed since.
+    pub fn aimed_light(&self) -> Option<usize> {
+        self.aimed.as_ref().map(|(_, index)| *index)
     }
 
     /// Whether a setting is being dragged.
@@ -319,10 +345,6 @@ impl State {
         match command {
             LookCommand::Undo => return self.travel(true),
             LookCommand::Redo => return self.travel(false),
-            LookCommand::ResetView => {
-                self.view = View::FITTED;
-                look.exposure_stops = 0.0;
-            }
             LookCommand::Environment(entry) => look.light_by(entry),
             LookCommand::StepEnvironment(step) => look.step_environment(step),
             LookCommand::AddEnvironments(files) => look.add(&files),
@@ -338,12 +360,10 @@ impl State {
             LookCommand::Yaw(degrees) => look.turn_to(degrees),
             LookCommand::Turn(degrees) => look.turn_to(look.yaw_deg + degrees),
             LookCommand::Exposure(stops) => look.expose(stops),
-            LookCommand::StepExposure(stops) => look.expose(look.exposure_stops + stops),
             LookCommand::Lighting(lighting) => look.lighting = *lighting,
             LookCommand::Aim(aimed) => return self.aim(aimed),
             LookCommand::Effects(effects) => look.effects = effects.bounded(),
             LookCommand::Background(background) => look.background = background,
-            LookCommand::Inspect(inspection) => look.inspect(inspection),
             LookCommand::Circle(circle) => look.circle = circle,
             LookCommand::Trial(trial) => look.trial = trial,
             LookCommand::Training(choice) => look.training = Some(choice),
@@ -373,8 +393,13 @@ impl State {
             None => {
                 self.undo.push(self.look.clone());
                 let lighting = &mut self.look.lighting;
-                lighting.placed.push(lighting.another_light());
-                lighting.placed.len() - 1
+                let known = self
+                    .aim_moves
+                    .filter(|&light| light < lighting.placed.len());
+                known.unwrap_or_else(|| {
+                    lighting.placed.push(lighting.another_light());
+                    lighting.placed.len() - 1
+                })
             }
         };
         let before = self.look.clone();
@@ -474,13 +499,36 @@ impl State {
                 self.solo = lamp.into_iter().collect();
             }
             ViewCommand::ChooseLight(light) => self.light = light,
+            ViewCommand::Viewing(viewing) => self.viewing = viewing.bounded(),
+            ViewCommand::StepViewing(stops) => {
+                self.viewing.exposure_stops += stops;
+                self.viewing = self.viewing.bounded();
+            }
+            ViewCommand::Inspect(inspection) => {
+                self.inspection = match self.inspection == inspection {
+                    true => Inspection::Picture,
+                    false => inspection,
+                };
+            }
+            ViewCommand::ResetView => {
+                self.view = View::FITTED;
+                (self.viewing, self.inspection) = (Viewing::default(), Inspection::Picture);
+            }
             ViewCommand::Pixel(pixel) => self.probed = pixel,
             ViewCommand::Region(region) => self.region = region,
             ViewCommand::Footage(view) => self.footage = view,
             ViewCommand::Frame(frame) => self.go(frame),
             ViewCommand::StepFrame(step) => self.go(self.frame.saturating_add_signed(step)),
             ViewCommand::LastFrame => self.go(usize::MAX),
-            ViewCommand::TogglePlay => self.playing = !self.playing && self.frames > 1,
+            ViewCommand::TogglePlay => {
+                let (first, last) = self.export_options.range(self.frames);
+                self.playing = !self.playing && self.frames > 1;
+                if self.playing && !self.loops && self.frame >= last {
+                    self.frame = first;
+                    self.look.follow(first);
+                }
+            }
+            ViewCommand::ToggleLoop => self.loops = !self.loops,
             ViewCommand::MarkIn => {
                 let (_, end) = self.export_options.range(self.frames);
                 self.export_options.frames = Some((self.frame, end.max(self.frame)));
@@ -497,10 +545,14 @@ impl State {
         }
     }
 
-    /// Goes on to the next frame, around the end of the range between in and out.
+    /// Goes on to the next frame, around the end of the range between in and out, or stops there.
     pub fn advance(&mut self) {
         let (first, last) = self.export_options.range(self.frames);
         let within = (first..last).contains(&self.frame);
+        if self.frame == last && !self.loops {
+            self.playing = false;
+            return;
+        }
         self.frame = if within { self.frame + 1 } else { first };
         self.look.follow(self.frame);
     }
@@ -578,7 +630,7 @@ mod tests {
         let mut s = state();
         (1..=30).for_each(|deg| s.change(LookCommand::Yaw(deg as f32)));
         s.release();
-        s.change(LookCommand::StepExposure(0.5));
+        s.change(LookCommand::Exposure(0.5));
         s.release();
         s.change(LookCommand::StepEnvironment(-1));
         assert_eq!(
@@ -638,7 +690,7 @@ mod tests {
         assert_eq!(s.look.yaw_deg, -170.0);
         s.change(LookCommand::Yaw(-180.0));
         assert_eq!(s.look.yaw_deg, 180.0);
-        s.change(LookCommand::StepExposure(99.0));
+        s.change(LookCommand::Exposure(99.0));
         assert_eq!(s.look.exposure_stops, 10.0);
     }
 
@@ -726,7 +778,7 @@ mod tests {
         use glam::Vec3;
         let mut s = state();
         s.show(ViewCommand::Solo(Some(4)));
-        s.begin_aim();
+        s.begin_aim(None);
         s.change(aimed(1, Vec3::Z));
         assert!(s.solo.is_empty() && s.is_dragged());
         s.change(aimed(1, Vec3::X));
@@ -740,7 +792,7 @@ mod tests {
             (s.chosen_light(), s.aimed_at(3), s.aimed_at(4)),
             (Some(0), Some([1, 2]), None)
         );
-        s.begin_aim();
+        s.begin_aim(None);
         s.change(aimed(2, Vec3::Z));
         assert_eq!(
             (s.look.lighting.placed.len(), s.chosen_light()),
@@ -757,14 +809,14 @@ mod tests {
     fn what_a_drag_asked_for_before_it_was_undone_comes_too_late() {
         use glam::Vec3;
         let mut s = state();
-        s.begin_aim();
+        s.begin_aim(None);
         s.change(aimed(1, Vec3::Z));
         s.change(LookCommand::Undo);
         s.change(aimed(1, Vec3::X));
         assert!(s.look.lighting.placed.is_empty() && s.can_redo());
-        s.begin_aim();
+        s.begin_aim(None);
         s.change(aimed(2, Vec3::Z));
-        s.change(LookCommand::StepExposure(0.5));
+        s.change(LookCommand::Exposure(0.5));
         s.change(aimed(2, Vec3::X));
         assert_eq!(
             s.look.lighting.placed[0].yaw_deg, 180.0,
@@ -825,16 +877,53 @@ mod tests {
     }
 
     #[test]
-    fn a_channel_is_looked_at_until_it_is_asked_for_again_and_that_can_be_undone() {
+    fn how_a_picture_is_looked_at_is_no_part_of_the_look_and_is_reset_at_once() {
         let mut s = state();
         let red = Inspection::Channel(scene::Channel::Red);
-        for wanted in [red, Inspection::Picture] {
-            s.change(LookCommand::Inspect(red));
-            s.release();
-            assert_eq!(s.look.effects.inspection, wanted);
+        for wanted in [red, Inspection::Picture, red] {
+            s.show(ViewCommand::Inspect(red));
+            assert_eq!(s.scene().effects.inspection, wanted);
         }
-        s.change(LookCommand::Undo);
-        assert_eq!(s.look.effects.inspection, red);
+        (0..3).for_each(|_| s.show(ViewCommand::StepViewing(0.5)));
+        s.show(ViewCommand::StepViewing(-0.5));
+        assert_eq!(s.scene().viewing.exposure_stops, 1.0);
+        s.show(ViewCommand::Viewing(Viewing {
+            gamma: 99.0,
+            view: Some(scene::ViewTransform::Aces),
+            ..s.viewing
+        }));
+        assert_eq!(s.scene().viewing.gamma, 5.0);
+        assert_eq!(s.scene().view(), scene::ViewTransform::Aces);
+        assert_eq!(s.look, state().look);
+        assert!(!s.can_undo());
+        s.show(ViewCommand::Pan([3.0, 4.0]));
+        s.show(ViewCommand::ResetView);
+        assert_eq!((s.view, s.scene()), (View::FITTED, state().scene()));
+        s.show(ViewCommand::StepViewing(f32::NAN));
+        assert!(s.scene().viewing.is_neutral());
+    }
+
+    #[test]
+    fn without_a_loop_playing_stops_at_the_out_point_and_begins_again_at_the_in_point() {
+        let mut s = state();
+        for command in [
+            ViewCommand::ToggleLoop,
+            ViewCommand::Frame(5),
+            ViewCommand::MarkOut,
+            ViewCommand::Frame(3),
+            ViewCommand::MarkIn,
+            ViewCommand::TogglePlay,
+        ] {
+            s.show(command);
+        }
+        let mut shown = vec![s.frame];
+        while s.playing {
+            s.advance();
+            shown.push(s.frame);
+        }
+        assert_eq!(shown, [3, 4, 5, 5]);
+        s.show(ViewCommand::TogglePlay);
+        assert_eq!((s.frame, s.playing), (3, true));
     }
 
     #[test]
@@ -857,13 +946,23 @@ mod tests {
     }
 
     #[test]
-    fn resetting_the_view_can_be_undone_where_it_changed_the_exposure() {
+    fn a_handle_on_the_picture_moves_its_own_light() {
+        use glam::Vec3;
         let mut s = state();
-        s.change(LookCommand::Exposure(2.0));
-        s.release();
-        s.change(LookCommand::ResetView);
-        assert_eq!(s.look.exposure_stops, 0.0);
+        s.begin_aim(None);
+        s.change(aimed(1, Vec3::Z));
+        s.begin_aim(None);
+        s.change(aimed(2, Vec3::Z));
+        s.begin_aim(Some(0));
+        s.change(aimed(3, Vec3::X));
+        s.change(aimed(3, Vec3::NEG_X));
+        let yaws: Vec<f32> = s.look.lighting.placed.iter().map(|l| l.yaw_deg).collect();
+        assert_eq!((yaws, s.chosen_light()), (vec![-90.0, 180.0], Some(0)));
         s.change(LookCommand::Undo);
-        assert_eq!(s.look.exposure_stops, 2.0);
+        assert_eq!(s.look.lighting.placed[0].yaw_deg, 180.0);
+        // One that is gone is no light to move.
+        s.begin_aim(Some(7));
+        s.change(aimed(4, Vec3::X));
+        assert_eq!(s.look.lighting.placed.len(), 3);
     }
 }

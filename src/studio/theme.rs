@@ -12,27 +12,32 @@ pub const WELL: Color32 = Color32::from_gray(24);
 /// Text.
 pub const TEXT: Color32 = Color32::from_gray(222);
 /// Secondary text.
-pub const QUIET: Color32 = Color32::from_gray(160);
+pub const QUIET: Color32 = Color32::from_gray(170);
+/// Behind text that lies over a picture.
+pub const OVER_PICTURE: Color32 = Color32::from_black_alpha(190);
 /// What is chosen, dragged or on now, and nothing else.
 pub const ACCENT: Color32 = Color32::from_rgb(232, 164, 80);
-/// What a person has to know or put right; words always stand beside it.
-pub const WARNING: Color32 = Color32::from_rgb(244, 124, 92);
+/// What is wrong and a person has to know or put right, and the verdict "bad"; words always stand beside it.
+pub const WARNING: Color32 = Color32::from_rgb(244, 90, 104);
+/// The verdict "doubtful", and what is not quite right.
+pub const DOUBTFUL: Color32 = Color32::from_rgb(255, 250, 150);
+/// Nothing to do, and the verdict "good".
+pub const GOOD: Color32 = Color32::from_rgb(64, 215, 166);
 /// A main button, and what is done of a job.
 pub const PRIMARY: Color32 = Color32::from_rgb(44, 98, 150);
 /// Frames that are predicted already.
-pub const CACHED: Color32 = Color32::from_rgb(86, 148, 196);
+pub const CACHED: Color32 = Color32::from_rgb(109, 143, 207);
 /// Keys of what is animated.
-pub const KEY: Color32 = Color32::from_rgb(204, 150, 190);
-/// Nothing to do, and something is wrong; a word always stands beside them.
-pub const GREEN: Color32 = Color32::from_rgb(112, 176, 112);
-pub const RED: Color32 = Color32::from_rgb(236, 112, 99);
-/// Verdicts of a review, with [`RED`] for the worst; people who confuse red and green tell them apart.
-pub const GOOD: Color32 = Color32::from_rgb(60, 190, 190);
-pub const DOUBTFUL: Color32 = Color32::from_rgb(245, 230, 90);
+pub const KEY: Color32 = Color32::from_rgb(255, 192, 248);
+/// How the picture is looked at, which is not exported.
+pub const VIEWING: Color32 = Color32::from_rgb(169, 120, 252);
 /// What is left of a control's colour while it cannot be used: it can still be read.
 const DISABLED: f32 = 0.65;
-/// Grey of a button.
+/// Greys of a button, and of one under the pointer; of one that is pressed or chosen, and of every other row.
 const BUTTON: u8 = 60;
+const HOVERED: u8 = 68;
+const CHOSEN: u8 = 92;
+const FAINT: u8 = 44;
 /// Distance between things in points.
 pub const GAP: f32 = 8.0;
 
@@ -61,20 +66,20 @@ pub fn apply(ctx: &egui::Context) {
         visuals.panel_fill = PANEL;
         visuals.window_fill = PANEL;
         visuals.extreme_bg_color = WELL;
-        visuals.faint_bg_color = Color32::from_gray(44);
+        visuals.faint_bg_color = Color32::from_gray(FAINT);
         visuals.weak_text_color = Some(QUIET);
         visuals.hyperlink_color = ACCENT;
         visuals.disabled_alpha = DISABLED;
         visuals.warn_fg_color = WARNING;
-        visuals.selection.bg_fill = Color32::from_gray(92);
+        visuals.selection.bg_fill = Color32::from_gray(CHOSEN);
         visuals.selection.stroke = Stroke::new(1.0, Color32::WHITE);
         let widgets = &mut visuals.widgets;
         widgets.noninteractive.fg_stroke.color = TEXT;
         widgets.noninteractive.bg_stroke.color = Color32::from_gray(58);
         for (widget, fill) in [
             (&mut widgets.inactive, BUTTON),
-            (&mut widgets.hovered, 76),
-            (&mut widgets.active, 92),
+            (&mut widgets.hovered, HOVERED),
+            (&mut widgets.active, CHOSEN),
             (&mut widgets.open, BUTTON),
         ] {
             widget.weak_bg_fill = Color32::from_gray(fill);
@@ -103,17 +108,60 @@ mod tests {
         a.max(b) / a.min(b)
     }
 
+    /// Colours that mean something, with what they are called.
+    const MEANINGS: [(&str, Color32); 7] = [
+        ("active", ACCENT),
+        ("wrong", WARNING),
+        ("doubtful", DOUBTFUL),
+        ("good", GOOD),
+        ("cached", CACHED),
+        ("key", KEY),
+        ("viewing", VIEWING),
+    ];
+
+    /// `over`, which may be transparent, on an opaque ground.
+    fn blended(over: Color32, ground: Color32) -> Color32 {
+        let (over, ground) = (over.to_array(), ground.to_array());
+        let open = f32::from(255 - over[3]) / 255.0;
+        let mix = |c: usize| (f32::from(over[c]) + open * f32::from(ground[c])) as u8;
+        Color32::from_rgb(mix(0), mix(1), mix(2))
+    }
+
     #[test]
-    fn what_has_to_be_read_stands_out_from_its_ground() {
-        for color in [
-            TEXT, QUIET, ACCENT, WARNING, CACHED, KEY, GREEN, RED, GOOD, DOUBTFUL,
-        ] {
-            for ground in [PANEL, WELL] {
-                let found = contrast(color, ground);
-                assert!(found >= 4.5, "{color:?} on {ground:?}: {found:.2}");
-            }
+    fn what_has_to_be_read_stands_out_from_every_ground_that_it_stands_on() {
+        let grey = Color32::from_gray;
+        let over = [Color32::BLACK, SURROUND, Color32::WHITE].map(|g| blended(OVER_PICTURE, g));
+        let mut pairs: Vec<(Color32, Color32)> = Vec::new();
+        let mut on = |text: &[Color32], grounds: &[Color32]| {
+            pairs.extend(
+                text.iter()
+                    .flat_map(|&t| grounds.iter().map(move |&g| (t, g))),
+            );
+        };
+        on(
+            &[TEXT],
+            &[
+                PANEL,
+                WELL,
+                grey(FAINT),
+                grey(BUTTON),
+                grey(HOVERED),
+                grey(CHOSEN),
+                PRIMARY,
+            ],
+        );
+        on(&[TEXT], &over);
+        on(&[QUIET], &[PANEL, WELL, grey(FAINT), grey(BUTTON)]);
+        on(&[Color32::WHITE], &[grey(CHOSEN), grey(HOVERED), PANEL]);
+        on(&MEANINGS.map(|(_, color)| color), &[PANEL, WELL]);
+        // What is on under the pointer.
+        on(&[ACCENT], &[grey(BUTTON), grey(HOVERED)]);
+        for (text, ground) in pairs {
+            let found = contrast(text, ground);
+            assert!(found >= 4.5, "{text:?} on {ground:?}: {found:.2}");
         }
-        assert!(contrast(TEXT, PRIMARY) >= 4.5);
+        // WCAG 2.2 asks 3:1 of icons.
+        assert!(contrast(ACCENT, grey(CHOSEN)) >= 3.0);
         let faded = |color: Color32| {
             let mix = |c: usize| {
                 let [color, panel] = [color, PANEL].map(|color| f32::from(color.to_array()[c]));
@@ -121,7 +169,7 @@ mod tests {
             };
             Color32::from_rgb(mix(0), mix(1), mix(2))
         };
-        let disabled = contrast(faded(TEXT), faded(Color32::from_gray(BUTTON)));
+        let disabled = contrast(faded(TEXT), faded(grey(BUTTON)));
         assert!(disabled >= 4.5, "{disabled:.2}");
     }
 
@@ -147,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn verdicts_differ_for_everyone() {
+    fn colours_that_mean_something_differ_for_everyone() {
         // Machado et al. 2009, table 1 at severity 1: full vision, and without red, green and blue cones.
         let eyes = [
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -167,13 +215,15 @@ mod tests {
                 [0.004733, 0.691367, 0.303900],
             ],
         ];
-        for (one, other) in [(GOOD, DOUBTFUL), (DOUBTFUL, RED), (GOOD, RED)] {
-            for eyes in eyes {
-                let (a, b) = (lab(one, eyes), lab(other, eyes));
-                let square = |i: usize| (a[i] - b[i]) * (a[i] - b[i]);
-                let apart = (square(0) + square(1) + square(2)).sqrt();
-                // 2.3 is just noticeable.
-                assert!(apart > 25.0, "{one:?} and {other:?}: {apart:.1}");
+        for (place, (one, a)) in MEANINGS.into_iter().enumerate() {
+            for (other, b) in &MEANINGS[place + 1..] {
+                for eyes in eyes {
+                    let (a, b) = (lab(a, eyes), lab(*b, eyes));
+                    let square = |i: usize| (a[i] - b[i]) * (a[i] - b[i]);
+                    let apart = (square(0) + square(1) + square(2)).sqrt();
+                    // 2.3 is just noticeable.
+                    assert!(apart > 20.0, "{one} and {other}: {apart:.1}");
+                }
             }
         }
     }

@@ -3,7 +3,7 @@
 use super::PredictedFrame;
 use base::error::Result;
 use compositor::reference::scale;
-use compositor::{EnvironmentLight, Extra, Field, Ingredients, compose, view};
+use compositor::{EnvironmentLight, Extra, Field, Ingredients, compose, viewed};
 use imaging::{Encoded, Image, Mask};
 use light::{Environment, LightWeights, Rig};
 use scene::{Background, Inspection, Scene};
@@ -126,17 +126,18 @@ pub(super) fn extra(of: &PredictedFrame) -> Extra<'_> {
     }
 }
 
-/// The interview's frame under the exposure and the view transform of a scene.
+/// The interview's frame at the exposure of a scene, and as that is looked at.
 fn plate(plate: &Image, scene: &Scene) -> Encoded {
     let mut exposed = plate.clone();
     scale(&mut exposed, scene.exposure_stops.exp2());
-    view(&exposed, scene.effects.view)
+    viewed(&exposed, scene)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use imaging::color::byte_from_unit;
+    use scene::Viewing;
 
     #[test]
     fn a_plate_is_shown_at_the_scene_s_exposure() {
@@ -150,5 +151,15 @@ mod tests {
         };
         // sRGB of 1/4 and 1/2.
         assert_eq!((code(0.0), code(1.0)), (137, 188));
+        let viewing = Viewing {
+            exposure_stops: 1.0,
+            ..Viewing::default()
+        };
+        let scene = Scene {
+            viewing,
+            ..Scene::default()
+        };
+        let seen = byte_from_unit(plate(&grey, &scene).0.pixels[0][0]);
+        assert_eq!(seen, 188, "it is looked at like the picture");
     }
 }

@@ -57,7 +57,7 @@ pub use panorama_loader::{Origin, Panorama, PanoramaLoader};
 pub use preview::{LookPicture, LookView, PreviewPicture, PreviewRequest};
 pub use review_thread::{Cell, CellPictures, LampSheet, ReviewThread, SavedReview};
 pub use source::{FindComparison, Predict, Prediction, Source, open_project};
-pub use srgb_picture::SrgbPicture;
+pub use srgb_picture::{SrgbPicture, mirrored, on_mirror_ball};
 
 use background::Background;
 use base::error::Error;
@@ -108,6 +108,11 @@ impl PredictedFrame {
     /// The pixel of its field that a pixel of its pictures belongs to; None if the network sees none of it.
     pub fn working_pixel(&self, pixel: [usize; 2]) -> Option<[usize; 2]> {
         (self.plate.as_ref()).map_or(Some(pixel), |plate| plate.working_pixel(pixel))
+    }
+
+    /// The place in the picture of a point of its field, in columns and rows of each.
+    pub fn picture_place(&self, at: [f32; 2]) -> [f32; 2] {
+        (self.plate.as_ref()).map_or(at, |plate| plate.filmed_place(at))
     }
 
     /// How bright each pixel of its field is under each lamp of the rig. Waits for a field on a GPU: do not call it on the

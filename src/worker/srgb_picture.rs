@@ -1,6 +1,6 @@
 //! Pictures as a texture takes them, and the thumbnails that panels show.
 
-use glam::Quat;
+use glam::{Quat, Vec3};
 use imaging::color::{byte_from_unit, luminance, srgb_from_linear};
 use imaging::resample::resize_area;
 use imaging::{Encoded, Image};
@@ -13,6 +13,20 @@ pub struct SrgbPicture {
     pub height: usize,
     /// sRGB codes, three bytes a pixel, row by row.
     pub rgb: Vec<u8>,
+}
+
+/// The direction that a mirror ball of radius 1 shows the camera at a point, to the right and up; None beside the ball.
+pub fn mirrored([x, y]: [f32; 2]) -> Option<Vec3> {
+    let depth = 1.0 - x * x - y * y;
+    let normal = (depth >= 0.0).then(|| Vec3::new(x, y, depth.sqrt()))?;
+    Some(2.0 * normal.z * normal - Vec3::Z)
+}
+
+/// The point of a mirror ball of radius 1, to the right and up, at which the camera sees a direction; what is right behind the
+/// ball is at its upper edge.
+pub fn on_mirror_ball(direction: Vec3) -> [f32; 2] {
+    let normal = (direction.normalize_or_zero() + Vec3::Z).normalize_or(Vec3::Y);
+    [normal.x, normal.y]
 }
 
 /// Width and height, reduced so that the longer is at most `longer_px`; neither is less than 1.
@@ -74,13 +88,7 @@ impl SrgbPicture {
     /// The same panorama for an environment that is turned, at up to `TURNED_WIDTH` columns; see
     /// [`light::weights::rotation`].
     pub fn turned(&self, turn: Quat) -> Self {
-        let codes = self.rgb.chunks_exact(3);
-        let codes = Image {
-            width: self.width,
-            height: self.height,
-            pixels: codes.map(|c| [c[0], c[1], c[2]].map(f32::from)).collect(),
-        };
-        let codes = Environment::from_radiance("", codes);
+        let codes = self.as_environment();
         let width = self.width.min(Self::TURNED_WIDTH);
         let height = (width / 2).max(1);
         let back = turn.inverse();
@@ -94,6 +102,35 @@ impl SrgbPicture {
             height,
             rgb: rgb.collect(),
         }
+    }
+
+    /// What a mirror ball of `side` pixels across shows of it after a turn, seen by the camera; black around the ball.
+    pub fn mirror_ball(&self, turn: Quat, side: usize) -> Self {
+        let codes = self.as_environment();
+        let back = turn.inverse();
+        let across = |i: usize| (2 * i + 1) as f32 / side as f32 - 1.0;
+        let rgb = (0..side * side).flat_map(|i| {
+            let seen = mirrored([across(i % side), -across(i / side)]);
+            seen.map_or([0; 3], |to| {
+                codes.radiance(back * to).map(|v| v.round() as u8)
+            })
+        });
+        Self {
+            width: side,
+            height: side,
+            rgb: rgb.collect(),
+        }
+    }
+
+    /// Its codes as if they were light.
+    fn as_environment(&self) -> Environment {
+        let codes = self.rgb.chunks_exact(3);
+        let codes = Image {
+            width: self.width,
+            height: self.height,
+            pixels: codes.map(|c| [c[0], c[1], c[2]].map(f32::from)).collect(),
+        };
+        Environment::from_radiance("", codes)
     }
 
     fn panorama(radiance: &Image) -> Image {
@@ -142,6 +179,46 @@ mod tests {
         let sun = Image::from_fn(64, 32, |x, y| [if (x, y) == (9, 9) { 1e6 } else { 0.5 }; 3]);
         let grey = SrgbPicture::tone_mapped(&sun).rgb[0];
         assert!((80..160).contains(&grey), "a sun leaves the sky at {grey}");
+    }
+
+    #[test]
+    fn a_mirror_ball_shows_every_direction_once() {
+        for direction in [
+            Vec3::X,
+            Vec3::NEG_X,
+            Vec3::Y,
+            Vec3::Z,
+            Vec3::new(0.3, -0.5, -0.7),
+        ] {
+            let direction = direction.normalize();
+            let back = mirrored(on_mirror_ball(direction)).unwrap();
+            assert!(back.distance(direction) < 1e-5, "{direction} {back}");
+        }
+        assert_eq!(mirrored([0.0, 0.0]), Some(Vec3::Z));
+        assert!(
+            on_mirror_ball(Vec3::X)[0] > 0.7,
+            "light from the right is right"
+        );
+        assert_eq!(mirrored([0.9, 0.9]), None);
+        // Red to the camera's right, green elsewhere.
+        let panorama = SrgbPicture {
+            width: 8,
+            height: 4,
+            rgb: (0..32)
+                .flat_map(|i| {
+                    if (5..7).contains(&(i % 8)) {
+                        [200, 0, 0]
+                    } else {
+                        [0, 100, 0]
+                    }
+                })
+                .collect(),
+        };
+        let ball = panorama.mirror_ball(Quat::IDENTITY, 33);
+        let at = |x: usize, y: usize| &ball.rgb[3 * (33 * y + x)..][..3];
+        assert_eq!(at(28, 16), [200, 0, 0]);
+        assert_eq!(at(4, 16), [0, 100, 0]);
+        assert_eq!(at(0, 0), [0; 3]);
     }
 
     #[test]

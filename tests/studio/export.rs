@@ -80,7 +80,7 @@ pub fn opened() -> (Window, PathBuf, TempDir) {
 }
 
 /// Waits until all exports are over.
-fn until_exported(window: &mut Window, count: usize) {
+pub fn until_exported(window: &mut Window, count: usize) {
     window.run_steps(2);
     until(window, "end of the exports", |app| {
         let over = app
@@ -104,7 +104,7 @@ fn files(root: &Path, begin: &str) -> Vec<String> {
     names
 }
 
-fn type_name(window: &mut Window, name: &str) {
+pub fn type_name(window: &mut Window, name: &str) {
     window
         .get_by_role_and_label(Role::TextInput, "Name")
         .click();

@@ -122,6 +122,23 @@ fn a_drag_is_drawn_from_the_gpu_and_what_rests_has_its_codes_too() {
     assert!(relit.passes.iter().all(|pass| !pass.reason.is_empty()));
     assert_eq!(middle(&mut window), turned);
 
+    // What is for looking only is made there, too.
+    let plain = window.state().relit().unwrap().rgb.clone();
+    window.key_press(egui::Key::E);
+    until(&mut window, "the brighter picture", |app| {
+        let relit = app.relit().filter(|relit| !relit.rgb.is_empty());
+        relit.is_some_and(|relit| relit.scene.viewing.exposure_stops == 0.5)
+    });
+    let brighter = window.state().relit().unwrap();
+    assert!(brighter.texture.is_some());
+    let sum = |rgb: &[u8]| rgb.iter().map(|&code| u64::from(code)).sum::<u64>();
+    assert!(sum(&brighter.rgb) > sum(&plain));
+    window.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::R);
+    until(&mut window, "the picture as it is exported", |app| {
+        app.relit()
+            .is_some_and(|relit| relit.scene.viewing.is_neutral())
+    });
+
     // Who looks at the scopes sees them move with the light.
     window.get_by_label("Scopes").click();
     window.run_steps(3);

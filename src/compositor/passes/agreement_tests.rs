@@ -11,10 +11,11 @@ use crate::false_color::FalseColorParams;
 use crate::grain::GrainParams;
 use crate::plate::PlateParams;
 use crate::pyramid::Rgba;
+use crate::view::ViewParams;
 use crate::{self as cpu, CameraView, Grain, Screen, compose::tests::disc, light_wrap, reference};
 use base::error::Result;
 use imaging::{Encoded, Image, Mask, Raster, resample::resize_area};
-use scene::{Channel, ViewTransform};
+use scene::{Channel, Scene, ViewTransform, Viewing};
 
 /// Sizes with nothing in common: a pixel, odd and even ones, one that halves many times.
 const SIZES: [(usize, usize); 4] = [(1, 1), (37, 61), (96, 96), (129, 64)];
@@ -111,6 +112,7 @@ fn parameters_are_laid_out_as_the_shaders_say() {
                 size_of::<BackgroundParams>(),
                 &[0, 8, 16, 20, 24, 28, 32, 80],
             ),
+            "view" => (size_of::<ViewParams>(), &[0, 8, 12, 16, 20, 24, 28]),
             "dither" | "measure" => (size_of::<PlainParams>(), &[0, 8]),
             "plate" => (size_of::<PlateParams>(), &[0, 8, 12, 16, 24]),
             "edges" => (size_of::<EdgeParams>(), &[0, 8, 12]),
@@ -309,10 +311,21 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
             ViewTransform::Aces,
         ];
         for curve in curves {
-            let here = cpu::view(&set.image, curve).0;
-            let there = set.there(|recording| recording.view(&set.on_gpu, curve));
-            // A twentieth of a step of 8 bits: powers and logarithms are approximate on GPUs.
-            set.assert_same(&format!("{curve:?}"), &there, &here, 2e-4);
+            for (exposure_stops, gamma) in [(0.0, 1.0), (1.5, 1.0), (-2.0, 2.2), (0.0, 0.6)] {
+                let scene = Scene {
+                    viewing: Viewing {
+                        exposure_stops,
+                        gamma,
+                        view: Some(curve),
+                    },
+                    ..Scene::default()
+                };
+                let here = cpu::viewed(&set.image, &scene).0;
+                let there = set.there(|recording| recording.viewed(&set.on_gpu, &scene));
+                // A twentieth of a step of 8 bits: powers and logarithms are approximate on GPUs.
+                let name = format!("{curve:?} {exposure_stops:+} γ {gamma}");
+                set.assert_same(&name, &there, &here, 2e-4);
+            }
         }
         let codes = cpu::view(&set.image, ViewTransform::Srgb);
         let on_gpu = set.upload(&codes.0);

@@ -11,7 +11,7 @@ impl StudioApp {
                 self.state.aims = !self.state.aims;
                 self.readers.aim.clear();
             }
-            AimCommand::Begin => self.state.begin_aim(),
+            AimCommand::Begin(light) => self.state.begin_aim(light),
             AimCommand::At(pixel) => {
                 if let Some(relit) = &self.preview.relit {
                     let question = AimQuestion {

@@ -86,7 +86,15 @@ impl Readers {
         }
         (self.footage).ask_thumbnails(project, shown, wake.clone());
         if let (Some(relit), Some(pixel)) = (relit, state.probed) {
-            self.inspector.ask(&relit.predicted, pixel, shown, wake);
+            self.inspector
+                .ask(&relit.predicted, pixel, shown, wake.clone());
+        }
+        match relit.filter(|_| state.shows_handles() && shown.contains(&Pane::Picture)) {
+            // A frame that is merely played is not worth the work.
+            Some(relit) if !state.playing => self.aim.seek(&relit.predicted, &relit.rig, wake),
+            Some(_) => {}
+            None if state.aims => {}
+            None => self.aim.clear(),
         }
     }
 

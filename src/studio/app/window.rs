@@ -88,7 +88,7 @@ impl StudioApp {
     }
 }
 
-/// Leaves what is looked at closely: one picture of a cell, the cell, a region, or lamps alone; the first of these that applies.
+/// Leaves what is looked at closely: one picture of a cell, the cell, a region, lamps alone, or a light; the first of these that applies.
 fn leave(state: &mut State) {
     if state.cell.is_some() && state.enlarged.is_some() {
         state.enlarged = None;
@@ -96,7 +96,9 @@ fn leave(state: &mut State) {
         state.cell = None;
     } else if state.region.is_some() {
         state.region = None;
-    } else {
+    } else if !state.solo.is_empty() {
         state.solo.clear();
+    } else {
+        state.show(ViewCommand::ChooseLight(None));
     }
 }

@@ -60,7 +60,7 @@ const fn nudge_trial(gamma1: f32, gamma2: f32, exposure: f32) -> Command {
 }
 
 const fn channel(channel: Channel) -> Command {
-    Look(LookCommand::Inspect(Inspection::Channel(channel)))
+    View(ViewCommand::Inspect(Inspection::Channel(channel)))
 }
 
 const fn toggle_key(of: Setting) -> Command {
@@ -163,14 +163,15 @@ pub const BINDINGS: &[Binding] = &[
     within(ENVIRONMENTS, NONE, Key::S, FAVOURITE, "Make it a favourite, or no longer"),
 
     on(NONE, Key::Space, View(ViewCommand::TogglePlay), "Play or stop"),
+    on(CTRL, Key::L, View(ViewCommand::ToggleLoop), "Loop between in and out"),
     on(NONE, Key::I, View(ViewCommand::MarkIn), "Set the in point"),
     on(NONE, Key::O, View(ViewCommand::MarkOut), "Set the out point"),
     on(NONE, Key::ArrowRight, View(ViewCommand::StepFrame(1)), "Next frame"),
     on(NONE, Key::ArrowLeft, View(ViewCommand::StepFrame(-1)), "Previous frame"),
     on(NONE, Key::Home, View(ViewCommand::Frame(0)), "First frame"),
     on(NONE, Key::End, View(ViewCommand::LastFrame), "Last frame"),
-    on(SHIFT, Key::E, Look(LookCommand::StepExposure(-0.5)), "Half a stop darker"),
-    on(NONE, Key::E, Look(LookCommand::StepExposure(0.5)), "Half a stop brighter"),
+    on(SHIFT, Key::E, View(ViewCommand::StepViewing(-0.5)), "Viewing half a stop darker"),
+    on(NONE, Key::E, View(ViewCommand::StepViewing(0.5)), "Viewing half a stop brighter"),
     on(SHIFT, Key::K, toggle_key(Setting::Intensity), "Set or remove an intensity keyframe"),
     on(NONE, Key::K, toggle_key(Setting::Yaw), "Set or remove a yaw keyframe"),
     on(CTRL_SHIFT, Key::P, Window(WindowCommand::TogglePalette), "Find a command"),
@@ -178,7 +179,7 @@ pub const BINDINGS: &[Binding] = &[
     on(NONE, Key::F, View(ViewCommand::Fit), "Fit the picture"),
     on(NONE, Key::Num1, Window(WindowCommand::ActualSize), "Zoom to 100 %"),
     on(NONE, Key::Num4, Looks(LooksCommand::ToggleFour), "Compare four looks"),
-    on(CTRL, Key::R, Look(LookCommand::ResetView), "Reset zoom and exposure"),
+    on(CTRL, Key::R, View(ViewCommand::ResetView), "Reset zoom and viewing"),
     on(CTRL_SHIFT, Key::Z, Look(LookCommand::Redo), "Redo"),
     on(CTRL, Key::Z, Look(LookCommand::Undo), "Undo"),
     on(NONE, Key::Tab, Window(WindowCommand::TogglePanels), "Show or hide the panels"),
@@ -194,7 +195,7 @@ pub const BINDINGS: &[Binding] = &[
     on(NONE, Key::B, channel(Channel::Blue), "Blue channel"),
     on(NONE, Key::A, channel(Channel::Alpha), "Matte"),
     on(NONE, Key::L, channel(Channel::Luminance), "Luminance"),
-    on(NONE, Key::C, Look(LookCommand::Inspect(Inspection::Picture)), "All channels"),
+    on(NONE, Key::C, View(ViewCommand::Inspect(Inspection::Picture)), "All channels"),
     on(NONE, Key::PageUp, View(ViewCommand::StepSolo(-1)), "Solo the previous lamp"),
     on(NONE, Key::PageDown, View(ViewCommand::StepSolo(1)), "Solo the next lamp"),
 ];

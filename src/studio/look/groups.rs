@@ -13,7 +13,7 @@ pub enum Group {
     Grade,
     /// The lights placed by hand.
     Lights,
-    /// Exposure, background, and what a display makes of the picture.
+    /// Exposure, background, and the tone curve.
     Picture,
     /// The strengths of the effects.
     Effects,
@@ -71,13 +71,13 @@ impl LookSettings {
                 lighting.temperature_k = default.temperature_k;
                 lighting.tint = default.tint;
             }
-            Group::Lights => lighting.placed = default.placed,
+            Group::Lights => {
+                lighting.placed = default.placed;
+                lighting.groups = default.groups;
+            }
             Group::Picture => {
-                let Effects {
-                    view, inspection, ..
-                } = Effects::default();
                 (self.exposure_stops, self.background) = (0.0, Background::default());
-                (self.effects.view, self.effects.inspection) = (view, inspection);
+                self.effects.view = Effects::default().view;
             }
             Group::Effects => {
                 for strength in STRENGTHS {
@@ -95,7 +95,7 @@ mod tests {
     use crate::state::State;
     use light::PlacedLight;
     use light::weights::Weighting;
-    use scene::{Inspection, ViewTransform};
+    use scene::ViewTransform;
 
     const ALL: [Group; 5] = [
         Group::Environment,
@@ -141,9 +141,12 @@ mod tests {
                 Group::Effects,
                 LookCommand::ToggleKey(Setting::Effect(scene::Pass::Glare)),
             ),
+            (
+                Group::Lights,
+                lighting(|l| l.groups.push(light::LightGroup::default())),
+            ),
             (Group::Picture, LookCommand::Exposure(1.0)),
             (Group::Picture, LookCommand::Background(Background::None)),
-            (Group::Picture, LookCommand::Inspect(Inspection::FalseColor)),
             (Group::Picture, effects(|e| e.view = ViewTransform::Filmic)),
             (Group::Effects, effects(|e| e.glare = 0.5)),
             (Group::Effects, effects(|e| e.grain = 1.0)),

@@ -337,7 +337,7 @@ mod tests {
                 direction,
             })
         };
-        s.begin_aim();
+        s.begin_aim(None);
         s.change(aimed(Vec3::NEG_X));
         let of = Setting::Light(1, LightSetting::Yaw);
         s.look.toggle_key(of, 0);

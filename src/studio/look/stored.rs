@@ -86,7 +86,7 @@ mod tests {
         s.release();
         s.show(ViewCommand::Frame(4));
         s.change(applied(&stored, false));
-        assert_eq!(s.look.keys(Setting::Yaw), stored.keys(Keyframed::Yaw));
+        assert_eq!(s.look.keys(Setting::Yaw), stored.keys(Setting::Yaw));
         assert_eq!(s.look.exposure_stops, 0.0);
         s.show(ViewCommand::LastFrame);
         assert_eq!(s.look, stored);

@@ -85,9 +85,9 @@ pub fn dot_ui(ui: &mut Ui, level: Level) {
 /// The colour of a level.
 pub fn color(level: Level) -> Color32 {
     match level {
-        Level::Good => theme::GREEN,
-        Level::Doubtful => theme::ACCENT,
-        Level::Bad => theme::RED,
+        Level::Good => theme::GOOD,
+        Level::Doubtful => theme::DOUBTFUL,
+        Level::Bad => theme::WARNING,
         Level::Unknown => theme::QUIET,
     }
 }

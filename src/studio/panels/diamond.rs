@@ -34,10 +34,14 @@ pub fn beside_ui(
     field: Rect,
     out: &mut Vec<Command>,
 ) {
-    let corner = field.right_top() + vec2(GAP, 0.0);
-    let rect = Rect::from_min_size(corner, vec2(WIDTH, field.height()));
     let name = of.title(&context.state.look.lighting);
-    within_ui(ui, context, (&[of], &name), rect, out);
+    within_ui(ui, context, (&[of], &name), beside(field), out);
+}
+
+/// The place of the diamond beside a field.
+pub fn beside(field: Rect) -> Rect {
+    let corner = field.right_top() + vec2(GAP, 0.0);
+    Rect::from_min_size(corner, vec2(WIDTH, field.height()))
 }
 
 /// The diamond after what was drawn last in a row; as [`within_ui`].

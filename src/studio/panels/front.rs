@@ -70,7 +70,7 @@ pub fn marks_ui(
 /// The question with a button for each choice.
 pub fn question_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.add_space(GAP / 2.0);
-    ui.label(RichText::new("Which way is front in this file?").color(theme::ACCENT));
+    ui.strong("Which way is front in this file?");
     let hint = "Choose the program it was made for, or click the panorama where front is.";
     ui.label(RichText::new(hint).small().color(theme::QUIET));
     for (i, (front, names)) in choices().into_iter().enumerate() {

@@ -15,6 +15,8 @@ mod group;
 mod hard_cases;
 pub mod job;
 mod light;
+mod light_map;
+mod lights;
 mod log;
 mod looks;
 mod machine;

@@ -1,13 +1,15 @@
-//! The chosen panorama around the subject, with its brightest areas and the lights placed by hand.
+//! The chosen panorama around the subject, or a mirror ball that shows it, with its brightest areas and the lights placed by hand.
 
 use super::environments::panorama_ui;
 use super::front;
-use super::sphere::{place, share};
+use super::light_map::LightMap;
+use super::rows::segments_ui;
 use crate::command::{Command, LookCommand, ViewCommand};
 use crate::environment_library::{EnvironmentEntry, PanoramaState};
 use crate::keys;
 use crate::panel_context::PanelContext;
 use crate::theme;
+use egui::epaint::RectShape;
 use egui::{
     Align2, Color32, EventFilter, FontId, Key, Painter, Pos2, Rect, Sense, Stroke, TextureHandle,
     TextureOptions, Ui, Vec2, pos2, vec2,
@@ -20,22 +22,46 @@ use worker::SrgbPicture;
 
 /// Radius of a light's dot on the panorama in points.
 const DOT: f32 = 6.0;
+/// Height of the panorama for its width: it is stretched, so that elevations can be told and set.
+const STRETCHED: f32 = 0.77;
+/// Pixels across the mirror ball's picture.
+const BALL: usize = 224;
 /// Degrees that an arrow key moves a light; with Shift ten times as many.
 const STEP_DEG: f32 = 1.0;
 
-/// Holds the texture of a panorama that is pitched or rolled.
+/// Holds the texture of a panorama that is pitched or rolled, or of the mirror ball.
 #[derive(Default)]
 pub struct Preview {
     turned: Option<Turned>,
+    /// The mirror ball is shown.
+    is_ball: bool,
 }
 
 struct Turned {
     of: Arc<SrgbPicture>,
     turn: Quat,
+    is_ball: bool,
     texture: TextureHandle,
 }
 
 impl Preview {
+    /// The choice between panorama and mirror ball.
+    pub fn choice_ui(&mut self, ui: &mut Ui) {
+        segments_ui(ui, |ui| {
+            for (is_ball, name, hint) in [
+                (false, "Panorama", "All around the subject, unrolled"),
+                (
+                    true,
+                    "Sphere",
+                    "As a mirror ball in the subject's place shows it to the camera",
+                ),
+            ] {
+                ui.selectable_value(&mut self.is_ball, is_ball, name)
+                    .on_hover_text(hint);
+            }
+        });
+    }
+
     /// A drag turns the panorama or moves a light. While the person is `asked` which way is front, a click
     /// answers.
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, asked: bool, out: &mut Vec<Command>) {
@@ -46,29 +72,38 @@ impl Preview {
         } else {
             Sense::drag()
         };
-        let (rect, response) = ui.allocate_exact_size(vec2(width, width / 2.0), sense);
+        let (rect, response) = ui.allocate_exact_size(vec2(width, STRETCHED * width), sense);
+        // A click answers on the panorama.
+        let map = match self.is_ball && !asked {
+            true => LightMap::Sphere(rect.shrink(DOT)),
+            false => LightMap::Panorama(rect),
+        };
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Environment"));
         ui.painter().rect_filled(rect, 2.0, theme::WELL);
         let yaw_deg = look.front().turned(look.yaw_deg);
         let turn = look.lighting.turn(yaw_deg);
         let mut areas: &[Area] = &[];
         if let Some(entry) = context.environment() {
-            if look.lighting.tilt() == Quat::IDENTITY {
+            let is_ball = matches!(map, LightMap::Sphere(_));
+            if look.lighting.tilt() == Quat::IDENTITY && !is_ball {
                 panorama_ui(ui, entry, rect, yaw_deg);
             } else {
-                self.turned_ui(ui, entry, rect, turn);
+                self.turned_ui(ui, entry, map, turn);
             }
             if let PanoramaState::Done { panorama, .. } = &entry.panorama {
                 areas = &panorama.areas;
             }
         }
-        sides_ui(ui.painter(), rect);
+        match map {
+            LightMap::Panorama(rect) => sides_ui(ui.painter(), rect),
+            LightMap::Sphere(_) => ball_ui(ui.painter(), map.rect()),
+        }
         let dragged = response.drag_delta().x;
         if dragged != 0.0 {
             // The content follows the pointer.
             out.push(Command::Look(LookCommand::Turn(dragged / width * 360.0)));
         }
-        let told = areas_ui(ui, context, rect, areas, turn);
+        let told = areas_ui(ui, context, map, areas, turn);
         if asked {
             front::marks_ui(ui, context, rect, &response, turn, out);
         }
@@ -84,7 +119,7 @@ impl Preview {
                 chosen: chosen == Some(i),
                 shines: look.lighting.shines(light),
             };
-            let (moved, chooses) = dot_ui(ui, rect, i, light, is);
+            let (moved, chooses) = dot_ui(ui, map, i, light, is);
             if chooses && !is.chosen {
                 out.push(Command::View(ViewCommand::ChooseLight(Some(i))));
             }
@@ -96,21 +131,28 @@ impl Preview {
         }
     }
 
-    /// The panorama under any rotation.
-    fn turned_ui(&mut self, ui: &Ui, entry: &EnvironmentEntry, rect: Rect, turn: Quat) {
+    /// The panorama under any rotation, or the mirror ball.
+    fn turned_ui(&mut self, ui: &Ui, entry: &EnvironmentEntry, map: LightMap, turn: Quat) {
+        let is_ball = matches!(map, LightMap::Sphere(_));
         let PanoramaState::Done { panorama, .. } = &entry.panorama else {
             return;
         };
         let of = &panorama.thumbnail;
-        let is_this = |known: &Turned| known.turn == turn && Arc::ptr_eq(&known.of, of);
+        let is_this = |known: &Turned| {
+            (known.turn, known.is_ball) == (turn, is_ball) && Arc::ptr_eq(&known.of, of)
+        };
         let turned = match self.turned.take().filter(is_this) {
             Some(turned) => turned,
             None => {
-                let small = of.turned(turn);
+                let small = match is_ball {
+                    true => of.mirror_ball(turn, BALL),
+                    false => of.turned(turn),
+                };
                 let picture = egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
                 Turned {
                     of: of.clone(),
                     turn,
+                    is_ball,
                     texture: ui
                         .ctx()
                         .load_texture("turned", picture, TextureOptions::LINEAR),
@@ -118,8 +160,15 @@ impl Preview {
             }
         };
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
-        ui.painter()
-            .image(turned.texture.id(), rect, whole, Color32::WHITE);
+        if is_ball {
+            let ball = RectShape::filled(map.rect(), 0.5 * map.rect().width(), Color32::WHITE);
+            ui.painter()
+                .add(ball.with_texture(turned.texture.id(), whole));
+        } else {
+            let rect = map.rect();
+            ui.painter()
+                .image(turned.texture.id(), rect, whole, Color32::WHITE);
+        }
         self.turned = Some(turned);
     }
 }
@@ -136,30 +185,46 @@ fn sides_ui(painter: &Painter, rect: Rect) {
     ] {
         let x = rect.left() + share * rect.width();
         let tick = Rect::from_center_size(pos2(x, rect.bottom()), vec2(1.5, 8.0));
-        painter.rect_filled(tick.expand(1.0), 0.0, Color32::from_black_alpha(150));
+        painter.rect_filled(tick.expand(1.0), 0.0, theme::OVER_PICTURE);
         painter.rect_filled(tick, 0.0, Color32::WHITE);
         let at = pos2(x + 4.0 * (1.0 - 2.0 * share), rect.bottom() - 5.0);
         let galley =
             painter.layout_no_wrap(word.into(), FontId::proportional(12.0), Color32::WHITE);
         let place = align.anchor_size(at, galley.size());
-        painter.rect_filled(
-            place.expand2(vec2(3.0, 0.0)),
-            2.0,
-            Color32::from_black_alpha(150),
-        );
+        painter.rect_filled(place.expand2(vec2(3.0, 0.0)), 2.0, theme::OVER_PICTURE);
+        painter.galley(place.min, galley, Color32::WHITE);
+    }
+}
+
+/// The mirror ball's edge, and where its left and right are.
+fn ball_ui(painter: &Painter, rect: Rect) {
+    painter.circle_stroke(
+        rect.center(),
+        0.5 * rect.width(),
+        Stroke::new(1.0, theme::QUIET),
+    );
+    for (x, word, align) in [
+        (rect.left() + 6.0, "left", Align2::LEFT_CENTER),
+        (rect.right() - 6.0, "right", Align2::RIGHT_CENTER),
+    ] {
+        let font = FontId::proportional(12.0);
+        let galley = painter.layout_no_wrap(word.into(), font, Color32::WHITE);
+        let place = align.anchor_size(pos2(x, rect.center().y), galley.size());
+        painter.rect_filled(place.expand2(vec2(3.0, 0.0)), 2.0, theme::OVER_PICTURE);
         painter.galley(place.min, galley, Color32::WHITE);
     }
 }
 
 /// The brightest areas, rotated with the panorama, with the share and the nearest lamp of each. Returns whether one of them, or
 /// a light before it, is under the pointer.
-fn areas_ui(ui: &Ui, context: &PanelContext, rect: Rect, areas: &[Area], turn: Quat) -> bool {
+fn areas_ui(ui: &Ui, context: &PanelContext, map: LightMap, areas: &[Area], turn: Quat) -> bool {
+    let rect = map.rect();
     let lights = context.state.look.lighting.placed.iter();
     let mut told = lights
-        .map(|light| place(rect, light.direction()))
+        .map(|light| map.place(light.direction()))
         .any(|at| ui.rect_contains_pointer(Rect::from_center_size(at, Vec2::splat(2.5 * DOT))));
     for (rank, area) in areas.iter().enumerate() {
-        let at = place(rect, turn * area.direction);
+        let at = map.place(turn * area.direction);
         let rig = context.relit.map(|relit| &relit.rig);
         let lamp = rig.and_then(|rig| Some((rig, area.lamp(rig, turn)?)));
         let on = lamp.map_or(String::new(), |(rig, (lamp, off_deg))| {
@@ -198,19 +263,19 @@ struct Standing {
     shines: bool,
 }
 
-/// The dot of a placed light. Returns the light after a drag or an arrow key has moved it, and whether it was chosen.
+/// The handle of a placed light. Returns the light after a drag or an arrow key has moved it, and whether it was chosen.
 fn dot_ui(
     ui: &Ui,
-    rect: Rect,
+    map: LightMap,
     number: usize,
     light: &PlacedLight,
     is: Standing,
 ) -> (Option<PlacedLight>, bool) {
-    let at = place(rect, light.direction());
+    let at = map.place(light.direction());
     let spot = Rect::from_center_size(at, Vec2::splat(2.5 * DOT));
     let id = ui.scope_id().with(("light", number));
     let response = ui.interact(spot, id, Sense::click_and_drag());
-    let name = format!("{} on the panorama", light.title(number));
+    let name = format!("{} on the {}", light.title(number), map.name());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, &name));
     let chooses = response.clicked() || response.drag_started();
     if chooses {
@@ -231,8 +296,8 @@ fn dot_ui(
         .interact_pointer_pos()
         .filter(|_| response.dragged())
         .map(|to| {
-            let (u, v) = share(rect, to);
-            (u * 360.0 - 180.0, 90.0 - v * 180.0)
+            let there = light.clone().towards(map.direction(to));
+            (there.yaw_deg, there.pitch_deg)
         });
     let stepped = response.has_focus().then(|| arrows(ui, id)).flatten();
     response.on_hover_text(format!(

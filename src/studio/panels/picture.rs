@@ -28,7 +28,7 @@ impl PicturePanel {
             |ui, out| {
                 grid("picture").show(ui, |ui| {
                     exposure_ui(ui, context, out);
-                    views_ui(ui, context, out);
+                    curve_ui(ui, context, out);
                 });
                 animated_ui(ui, context, Group::Picture);
             },
@@ -125,19 +125,25 @@ pub const SHOWN: [(Inspection, &str, &str); 7] = [
     (Inspection::FalseColor, "false colour", ""),
 ];
 
-/// What a display makes of the picture, and what it shows of it.
-fn views_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+/// The tone curves, with their names.
+pub const TONE_CURVES: [(ViewTransform, &str); 3] = [
+    (ViewTransform::Srgb, "sRGB"),
+    (ViewTransform::Filmic, "filmic"),
+    (ViewTransform::Aces, "ACES"),
+];
+
+/// The name of a tone curve.
+pub fn curve_name(view: ViewTransform) -> &'static str {
+    let curve = TONE_CURVES.iter().find(|(curve, _)| *curve == view);
+    curve.map_or("", |(_, name)| name)
+}
+
+/// How light becomes the codes of the picture.
+fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let effects = context.state.look.effects;
     let mut changed = effects;
-    let views = [
-        (ViewTransform::Srgb, "sRGB"),
-        (ViewTransform::Filmic, "filmic"),
-        (ViewTransform::Aces, "ACES"),
-    ];
-    choice_ui(ui, "View", &views, &mut changed.view);
-    ui.end_row();
-    let shown = SHOWN.map(|(inspection, name, _)| (inspection, name));
-    choice_ui(ui, "Show", &shown, &mut changed.inspection);
+    choice_ui(ui, "Tone curve", &TONE_CURVES, &mut changed.view)
+        .on_hover_text("How light becomes the codes of the picture; exported with it");
     ui.end_row();
     if changed != effects {
         out.push(Command::Look(LookCommand::Effects(changed)));

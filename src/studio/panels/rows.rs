@@ -93,9 +93,10 @@ pub fn choice_ui<T: PartialEq + Copy>(
 ) -> Response {
     let label = ui.label(name);
     let now = all.iter().find(|(one, _)| one == value);
+    let width = (ui.available_width() - BESIDE).max(FIELD);
     let list = egui::ComboBox::from_id_salt(name)
         .selected_text(now.map_or("", |(_, name)| name))
-        .width(FIELD)
+        .width(width)
         .truncate()
         // High enough to show all of them without scrolling.
         .height(400.0)

@@ -36,7 +36,7 @@ impl Chosen<'_> {
     fn apply_ui(&self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let measured = self.rung;
         if self.ledger.applied.as_deref() == Some(measured.rung.name.as_str()) {
-            ui.label(RichText::new("in use").color(theme::GREEN));
+            ui.label(RichText::new("in use").color(theme::GOOD));
             return;
         }
         let (able, why) = match (&context.status.job, context.read_only) {

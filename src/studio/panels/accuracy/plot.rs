@@ -15,7 +15,7 @@ const REACH: f32 = 14.0;
 
 /// Colours of knobs, distinct for people with red-green colour blindness too; the first so many are discs, the others squares.
 const COLORS: [Color32; 7] = [
-    Color32::from_rgb(232, 164, 80),
+    Color32::from_rgb(222, 222, 222),
     Color32::from_rgb(108, 172, 228),
     Color32::from_rgb(240, 228, 110),
     Color32::from_rgb(150, 210, 180),

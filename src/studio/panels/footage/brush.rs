@@ -24,8 +24,8 @@ pub struct Brush {
 
 fn color(side: BrushSide) -> Color32 {
     match side {
-        BrushSide::Keep => theme::GREEN,
-        BrushSide::Remove => theme::ACCENT,
+        BrushSide::Keep => theme::GOOD,
+        BrushSide::Remove => theme::WARNING,
     }
 }
 

@@ -10,7 +10,7 @@ pub fn color(mark: Mark) -> Color32 {
     match mark {
         Mark::Good => theme::GOOD,
         Mark::Doubtful => theme::DOUBTFUL,
-        Mark::Bad => theme::RED,
+        Mark::Bad => theme::WARNING,
     }
 }
 

@@ -6,7 +6,7 @@ use egui::{Color32, FontId, Rect, RichText, Sense, Ui, Vec2b, WidgetInfo, vec2};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoints, Points};
 
 /// Colours of the two losses, distinct for people with red-green colour blindness.
-pub const OLATS: Color32 = Color32::from_rgb(232, 164, 80);
+pub const OLATS: Color32 = Color32::from_rgb(240, 228, 110);
 pub const RELIT: Color32 = Color32::from_rgb(108, 172, 228);
 const HELD_OUT: Color32 = Color32::from_gray(222);
 /// Share of all points that a smoothed curve averages over.

@@ -1,4 +1,4 @@
-//! Where errors are expected, in amber over the picture.
+//! Where errors are expected, in red over the picture.
 
 use crate::panel_context::PanelContext;
 use crate::theme;
@@ -113,7 +113,7 @@ impl<'a> Values<'a> {
                 cells: &frame.cells,
                 clear,
                 opaque,
-                words: format!("amber: up to {times:.1} × as far as poses are apart"),
+                words: format!("red: up to {times:.1} × as far as poses are apart"),
             };
         }
         let (clear, opaque) = known(|frame| &frame.errors);
@@ -122,14 +122,14 @@ impl<'a> Values<'a> {
             clear,
             opaque,
             words: format!(
-                "expected errors: clear {:.0} %, amber {:.0} % of white",
+                "expected errors: clear {:.0} %, red {:.0} % of white",
                 100.0 * clear,
                 100.0 * opaque
             ),
         }
     }
 
-    /// How opaque amber is over a value.
+    /// How opaque the colour is over a value.
     fn opacity(&self, value: f32) -> f32 {
         let share = (value - self.clear) / (self.opaque - self.clear).max(f32::MIN_POSITIVE);
         MOST_OPAQUE * share.clamp(0.0, 1.0)
@@ -161,14 +161,14 @@ impl<'a> Values<'a> {
     }
 }
 
-/// Amber of the opacity that values ask for, where the subject is.
+/// The colour of a warning, of the opacity that values ask for, where the subject is.
 fn picture(values: &Values, mask: &Mask) -> ColorImage {
     let (width, height) = mask.size();
     let pixels = (0..width * height).map(|i| {
         let (x, y) = (i % width, i / width);
         let at = |place: usize, length: usize| (place as f32 + 0.5) / length as f32;
         let value = values.at(at(x, width), at(y, height));
-        theme::ACCENT.gamma_multiply(values.opacity(value) * mask.at(x, y).clamp(0.0, 1.0))
+        theme::WARNING.gamma_multiply(values.opacity(value) * mask.at(x, y).clamp(0.0, 1.0))
     });
     ColorImage::new([width, height], pixels.collect())
 }

@@ -4,10 +4,14 @@ use crate::command::{Command, LookCommand};
 use crate::environment_library::PanoramaState;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
-use egui::{Color32, CursorIcon, FontId, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
+use egui::{
+    Color32, CursorIcon, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, vec2,
+};
 
 /// Radius of the ring in points.
-const RADIUS: f32 = 30.0;
+const RADIUS: f32 = 34.0;
+/// Radius of the head in the middle.
+const HEAD: f32 = 9.0;
 
 /// The compass in the lower right corner; a drag around it sets the yaw.
 pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
@@ -26,18 +30,16 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
     response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(yaw), "Compass"));
     let lively = response.hovered() || response.dragged();
     let painter = ui.painter().with_clip_rect(rect);
-    let dark = Color32::from_black_alpha(if lively { 190 } else { 120 });
-    painter.circle_filled(center, RADIUS + GAP, dark);
+    painter.circle_filled(center, RADIUS + GAP, theme::OVER_PICTURE);
     let ring = if lively { theme::TEXT } else { theme::QUIET };
     painter.circle_stroke(center, RADIUS, Stroke::new(1.5, ring));
-    // The camera at the bottom looks up.
-    let camera = center + vec2(0.0, RADIUS);
-    let lens = [vec2(-5.0, 4.0), vec2(5.0, 4.0), vec2(0.0, -4.0)].map(|corner| camera + corner);
-    painter.add(egui::Shape::convex_polygon(lens.into(), ring, Stroke::NONE));
+    face_ui(&painter, center, ring);
+    camera_ui(&painter, center + vec2(0.0, RADIUS), ring);
     painter.circle_filled(on_ring(center, yaw), 6.0, theme::ACCENT);
     let font = FontId::proportional(12.0);
     let text = format!("{:.0}°", within_a_turn(yaw));
-    painter.text(center, egui::Align2::CENTER_CENTER, text, font, theme::TEXT);
+    let above = center - vec2(0.0, 0.5 * (RADIUS + HEAD));
+    painter.text(above, egui::Align2::CENTER_CENTER, text, font, theme::TEXT);
     if lively {
         ui.ctx().set_cursor_icon(CursorIcon::Grab);
     }
@@ -49,6 +51,35 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
         }
     }
     response.on_hover_text("The environment from above, with the camera at the bottom. Drag to turn, double-click to reset.");
+}
+
+/// The subject from above: a head with its ears, whose nose points at the camera.
+fn face_ui(painter: &Painter, center: Pos2, color: Color32) {
+    for side in [-1.0, 1.0] {
+        painter.circle_filled(center + vec2(side * HEAD, 0.0), 2.5, color);
+    }
+    let nose = [
+        vec2(-3.0, HEAD - 1.5),
+        vec2(3.0, HEAD - 1.5),
+        vec2(0.0, HEAD + 4.0),
+    ];
+    let nose = nose.map(|corner| center + corner);
+    painter.add(Shape::convex_polygon(nose.into(), color, Stroke::NONE));
+    painter.circle_filled(center, HEAD, color);
+}
+
+/// The camera from above: its body, and the lens towards the subject.
+fn camera_ui(painter: &Painter, at: Pos2, color: Color32) {
+    let body = Rect::from_center_size(at + vec2(0.0, 2.0), vec2(14.0, 8.0));
+    painter.rect_filled(body, 1.5, color);
+    let lens = [
+        vec2(-3.0, -2.0),
+        vec2(3.0, -2.0),
+        vec2(5.0, -6.0),
+        vec2(-5.0, -6.0),
+    ];
+    let lens = lens.map(|corner| at + corner);
+    painter.add(Shape::convex_polygon(lens.into(), color, Stroke::NONE));
 }
 
 /// The panorama's centre on the ring: at yaw 0 it is at the top, behind the subject.
@@ -88,6 +119,6 @@ mod tests {
             assert_eq!(within_a_turn(yaw), shown);
         }
         // Positive yaw turns the light to camera-right.
-        assert!(on_ring(Pos2::ZERO, 90.0).x > 29.0);
+        assert!(on_ring(Pos2::ZERO, 90.0).x > RADIUS - 1.0);
     }
 }

@@ -9,6 +9,7 @@ mod instead;
 mod native_texture;
 pub mod readout;
 mod toolbar;
+mod viewing;
 
 use crate::command::{Command, LookCommand, ViewCommand};
 use crate::comparison::CompareMode;
@@ -31,6 +32,8 @@ use native_texture::{NativeTexture, ShownTexture};
 use scene::Inspection;
 use std::sync::Arc;
 use worker::PreviewPicture;
+
+pub use viewing::words;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.
 const DEGREES_PER_POINT: f32 = 0.4;
@@ -163,7 +166,7 @@ impl ViewportPanel {
                 let bar = Rect::from_min_size(rect.min, vec2(rect.width(), height));
                 toolbar::toolbar_ui(ui, bar, context, out);
                 rect.min.y = bar.bottom();
-                let below = rect.with_min_y(rect.bottom() - readout::HEIGHT);
+                let below = rect.with_min_y(rect.bottom() - readout::height(context.state));
                 rect.max.y = below.top();
                 let aims = context.state.aims;
                 let wiped = shown.wiped(rect, context);
@@ -178,10 +181,12 @@ impl ViewportPanel {
                 }
                 region_ui(ui, rect, place, shown, context);
                 let under = shown.under(ui, rect, place, context);
+                let pixel = under.map(|(pixel, _)| pixel);
+                let on_picture = (&*shown.relit, place);
                 if aims {
-                    let pixel = under.map(|(pixel, _)| pixel);
-                    aim::aim_ui(ui, &response, pixel, (&shown.relit, place), context, out);
+                    aim::aim_ui(ui, &response, pixel, &shown.relit, context, out);
                 }
+                aim::handles_ui(ui, rect, pixel, on_picture, context, out);
                 if let Some((pixel, second)) = under {
                     self.second = second;
                     // The last pixel is kept while the cursor moves to the panel that shows it.
@@ -190,10 +195,11 @@ impl ViewportPanel {
                     }
                 }
                 let means = &mut self.means;
-                readout::strip_ui(ui, below, context, &shown.relit, self.second, means);
-                if context.state.look.effects.inspection == Inspection::FalseColor {
+                readout::strip_ui(ui, below, context, &shown.relit, self.second, means, out);
+                if context.state.inspection == Inspection::FalseColor {
                     readout::legend_ui(ui, rect);
                 }
+                viewing::sign_ui(ui, rect, context.state.viewing);
                 if context.state.doubts {
                     let painter = ui.painter().with_clip_rect(rect);
                     let words = self.doubts.draw(&painter, place, &shown.relit, context);
@@ -374,7 +380,7 @@ fn label(ui: &Ui, rect: Rect, corner: Align2, text: &str) {
     let painter = ui.painter().with_clip_rect(rect);
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(13.0), theme::TEXT);
     let back = corner.align_size_within_rect(galley.size() + vec2(12.0, 6.0), rect.shrink(GAP));
-    painter.rect_filled(back, 3.0, Color32::from_black_alpha(190));
+    painter.rect_filled(back, 3.0, theme::OVER_PICTURE);
     painter.galley(back.min + vec2(6.0, 3.0), galley, theme::TEXT);
 }
 
@@ -557,7 +563,7 @@ fn note_ui(ui: &mut Ui, rect: Rect, sentence: &str, refusal: bool, out: &mut Vec
     let size = text.size() + vec2(sides[0] + sides[1], 0.0);
     let corner = rect.left_bottom() + vec2(2.0 * GAP, -2.0 * GAP - size.y);
     let back = Rect::from_min_size(corner, size).expand2(vec2(10.0, 6.0));
-    painter.rect_filled(back, 4.0, Color32::from_black_alpha(200));
+    painter.rect_filled(back, 4.0, theme::OVER_PICTURE);
     if refusal {
         let (icon, font) = (icons::WARNING, FontId::proportional(18.0));
         painter.text(corner, Align2::LEFT_TOP, icon, font, theme::WARNING);

@@ -1,13 +1,19 @@
 //! The pixel under the cursor or the means of a region, and what false colours mean.
 
-use super::toolbar;
+use super::{toolbar, viewing};
+use crate::command::{Command, ViewCommand, WindowCommand};
 use crate::comparison::{CompareMode, CompareSettings};
+use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::region::{Region, mean};
+use crate::state::State;
 use crate::theme::{self, GAP};
-use compositor::{CLIPPED, LEGEND, code};
+use compositor::{CLIPPED, LEGEND, viewed_code};
 use egui::text::LayoutJob;
-use egui::{Align2, Color32, FontId, Rect, Role, Sense, TextFormat, Ui, WidgetInfo, vec2};
+use egui::{
+    Align, Align2, Button, Color32, FontId, Layout, Rect, RichText, Role, Sense, TextFormat, Ui,
+    UiBuilder, WidgetInfo, vec2,
+};
 use imaging::color::byte_from_unit;
 use scene::Inspection;
 use std::sync::Arc;
@@ -16,8 +22,17 @@ use worker::{PreviewPicture, SrgbPicture};
 /// How a region is drawn and left.
 pub const REGION_HINT: &str = "Ctrl+Shift+drag over the picture reads the mean of a region; Esc or Ctrl+Shift+click ends that";
 
-/// The strip's height in points.
-pub const HEIGHT: f32 = 24.0;
+/// Height of a line of the strip in points, and width of its buttons.
+const LINE: f32 = 17.0;
+const BUTTONS: f32 = 150.0;
+
+/// The strip's height in points: a line for each of the compared pictures.
+pub fn height(state: &State) -> f32 {
+    match state.compare.on {
+        true => 2.0 * LINE + 7.0,
+        false => LINE + 9.0,
+    }
+}
 
 /// What a pixel of one of the two pictures is, or the mean of several.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,7 +120,7 @@ pub fn readings(context: &PanelContext, relit: &PreviewPicture, region: Region) 
             let shown = match (effects.inspection, linear) {
                 (Inspection::Picture, _) | (_, None) => codes(&relit.rgb, relit.rgb_size),
                 _ => mean(light().map(|light| {
-                    let codes = code(light, effects.view).map(byte_from_unit);
+                    let codes = viewed_code(light, &relit.scene).map(byte_from_unit);
                     codes.map(f32::from)
                 })),
             };
@@ -131,14 +146,18 @@ pub fn readings(context: &PanelContext, relit: &PreviewPicture, region: Region) 
 
 /// The strip below the picture: frame, light, and the region or the pixel in both pictures. The one under the cursor is bright.
 pub fn strip_ui(
-    ui: &Ui,
+    ui: &mut Ui,
     rect: Rect,
     context: &PanelContext,
     relit: &Arc<PreviewPicture>,
     second: bool,
     means: &mut RegionReadings,
+    out: &mut Vec<Command>,
 ) {
     ui.painter().rect_filled(rect, 0.0, theme::WELL);
+    let buttons = Rect::from_min_max(rect.right_top() - vec2(BUTTONS, 0.0), rect.max);
+    buttons_ui(ui, buttons, context, out);
+    let rect = rect.with_max_x(buttons.left());
     let state = context.state;
     let light = match state.solo.first() {
         Some(&lamp) => format!("{} alone", context.lamps_named(lamp)),
@@ -169,6 +188,9 @@ pub fn strip_ui(
     if differs {
         add(&format!("   difference × {gain}"), theme::QUIET);
     }
+    if let Some(words) = viewing::words(relit.scene.viewing) {
+        add(&format!("   {words}"), theme::VIEWING);
+    }
     let pixel;
     let found = match (state.region, state.probed) {
         (Some(region), _) => {
@@ -190,16 +212,18 @@ pub fn strip_ui(
                 true => theme::QUIET,
                 false => theme::TEXT,
             };
-            let name = match two {
-                true => format!("   {} {}  ", ["A", "B"][place], reading.name),
-                false => "   ".to_owned(),
+            let name = match (two, place) {
+                (false, _) => "   ".to_owned(),
+                (true, 0) => format!("   A {}  ", reading.name),
+                (true, _) => format!("\nB {}  ", reading.name),
             };
             add(&name, theme::QUIET);
             add(&reading.text(), color);
         }
     }
     job.wrap.max_width = rect.width() - 2.0 * GAP;
-    job.wrap.max_rows = 1;
+    job.wrap.max_rows = 2;
+    job.wrap.break_anywhere = true;
     let text = job.text.clone();
     let galley = ui.painter().layout_job(job);
     let at =
@@ -208,13 +232,51 @@ pub fn strip_ui(
     let response = ui.interact(rect, ui.scope_id().with("readout"), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
     let mut hint = "The pixel under the cursor: 8-bit codes as they are shown, then scene-linear light. A and B are the \
-                    two pictures that are compared. "
+                    two pictures that are compared. Codes include how the picture is looked at, light does not. "
         .to_owned()
         + REGION_HINT;
     if differs {
         hint += &format!(". The difference is shown × {gain}");
     }
     response.on_hover_text(hint);
+}
+
+/// Loop, zoom and what fits the picture, at the right end of the strip.
+fn buttons_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
+    let rect = rect
+        .with_max_y(rect.top() + LINE + 9.0)
+        .shrink2(vec2(GAP, 2.0));
+    ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.spacing_mut().item_spacing.x = 4.0;
+            ui.spacing_mut().button_padding = vec2(6.0, 1.0);
+            ui.spacing_mut().interact_size.y = 20.0;
+            let hint = "One pixel of the picture on one pixel of the screen. Key: 1";
+            if ui.small_button("1:1").on_hover_text(hint).clicked() {
+                out.push(Command::Window(WindowCommand::ActualSize));
+            }
+            let fit = Button::new(RichText::new(icons::FIT).size(13.0));
+            if icons::named_ui(ui, true, fit, "Fit")
+                .on_hover_text("Fits the picture to the pane. Key: F")
+                .clicked()
+            {
+                out.push(Command::View(ViewCommand::Fit));
+            }
+            let loops = context.state.loops;
+            let color = if loops { theme::ACCENT } else { theme::TEXT };
+            let icon = RichText::new(icons::LOOP).size(13.0).color(color);
+            let button = Button::selectable(loops, icon).frame_when_inactive(true);
+            let response = ui.add_enabled(context.state.frames > 1, button);
+            response.widget_info(|| WidgetInfo::selected(Role::Button, true, loops, "Loop"));
+            let hint = "Plays the range between in and out again and again, or stops at its end. Key: Ctrl+L";
+            if response.on_hover_text(hint).clicked() {
+                out.push(Command::View(ViewCommand::ToggleLoop));
+            }
+            let zoom = format!("{:.0} %", 100.0 * context.state.view.zoom);
+            ui.label(RichText::new(zoom).size(12.0).color(theme::QUIET))
+                .on_hover_text("Of the fitted picture");
+        });
+    });
 }
 
 /// What false colours mean, in a corner of the picture.
@@ -229,7 +291,7 @@ pub fn legend_ui(ui: &Ui, rect: Rect) {
     let font = FontId::proportional(12.0);
     let size = vec2(250.0, ROW * rows.len() as f32 + GAP);
     let back = Align2::RIGHT_TOP.align_size_within_rect(size, rect.shrink(GAP));
-    painter.rect_filled(back, 3.0, Color32::from_black_alpha(200));
+    painter.rect_filled(back, 3.0, theme::OVER_PICTURE);
     for (row, (color, name)) in rows.into_iter().enumerate() {
         let corner = back.min + vec2(GAP, 0.5 * GAP + ROW * row as f32);
         let swatch = Rect::from_min_size(corner + vec2(0.0, 3.0), vec2(18.0, ROW - 6.0));

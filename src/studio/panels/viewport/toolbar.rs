@@ -1,14 +1,11 @@
-//! The bar above the picture: comparison, zoom, channels and lights placed by the face.
+//! The bar above the picture: what is compared on the left; on the right how it is looked at, of which nothing is exported.
 
-use crate::command::{
-    AimCommand, Command, Dialog, ExportCommand, LookCommand, TrainingCommand, ViewCommand,
-    WindowCommand,
-};
+use super::viewing;
+use crate::command::{Command, Dialog, ExportCommand, TrainingCommand, ViewCommand};
 use crate::comparison::{CompareMode, CompareSettings, GAINS, Reference};
 use crate::export_options::ExportOptions;
 use crate::icons;
 use crate::panel_context::PanelContext;
-use crate::panels::picture::SHOWN;
 use crate::panels::training::checkpoints;
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
@@ -16,21 +13,23 @@ use egui::{
     Align, Button, ComboBox, Layout, Margin, Rect, Response, RichText, Role, ScrollArea, Ui,
     UiBuilder, WidgetInfo,
 };
-use scene::Inspection;
 
-/// Height of a row in points, and what the buttons on the right take.
+/// How two pictures are compared by hand.
+const HINT: &str = "W wipes, Q switches between the two, holding Shift shows the other";
+/// Height of a row in points, and letters of a compared picture's name, at the most.
 const HEIGHT: f32 = 32.0;
-const RIGHT: f32 = 236.0;
+const LETTERS: usize = 22;
 
-/// Where the width that the buttons on the left took last is kept.
-fn left_id() -> egui::Id {
-    egui::Id::unique("viewer bar")
+/// Where the width that one side of the bar took last is kept.
+fn side_id(side: &str) -> egui::Id {
+    egui::Id::unique(("viewer bar", side))
 }
 
 /// The bar's height in points: a second row where it is too narrow for one.
 pub fn height(ui: &Ui, width: f32) -> f32 {
-    let left = ui.data(|data| data.get_temp::<f32>(left_id()));
-    match left.unwrap_or_default() + RIGHT > width {
+    let took = |side| ui.data(|data| data.get_temp::<f32>(side_id(side)));
+    let sides = ["left", "right"].map(|side| took(side).unwrap_or_default());
+    match sides[0] + sides[1] + 4.0 * GAP > width {
         true => 2.0 * HEIGHT,
         false => HEIGHT,
     }
@@ -85,52 +84,27 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
             }
             ui.min_rect().width()
         });
-        ui.data_mut(|data| data.insert_temp(left_id(), left.inner));
+        ui.data_mut(|data| data.insert_temp(side_id("left"), left.inner));
     });
     ui.scope_builder(row(last), |ui| {
-        ui.horizontal_centered(|ui| {
-            ui.spacing_mut().item_spacing.x = GAP;
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let hint = "One pixel of the picture on one pixel of the screen. Key: 1";
-                if ui.button("1:1").on_hover_text(hint).clicked() {
-                    out.push(Command::Window(WindowCommand::ActualSize));
-                }
-                if icons::named_ui(ui, true, icons::alone(icons::FIT), "Fit")
-                    .on_hover_text("Fits the picture to the pane. Key: F")
-                    .clicked()
-                {
-                    out.push(Command::View(ViewCommand::Fit));
-                }
-                channels_ui(ui, context, out);
-                aim_ui(ui, context, out);
-            });
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let width = viewing::viewing_ui(ui, context, out);
+            ui.data_mut(|data| data.insert_temp(side_id("right"), width));
         });
     });
 }
 
+/// A name that is not too long for a button.
+fn short(name: &str) -> String {
+    match name.chars().count() > LETTERS {
+        true => name.chars().take(LETTERS - 1).chain(['…']).collect(),
+        false => name.to_owned(),
+    }
+}
+
 fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let compare = &context.state.compare;
-    let hint = "W wipes, Q switches between the two, holding Shift shows the other";
-    if compare.on {
-        let text =
-            (compare.first.as_ref()).map_or("relit".to_owned(), |first| name(first, context));
-        let set = |first| {
-            let compare = compare.clone();
-            Command::View(ViewCommand::Compare(CompareSettings { first, ..compare }))
-        };
-        let button = Button::new((icons::COMPARE, text.as_str()));
-        let menu = MenuButton::from_button(button).ui(ui, |ui| {
-            if ui
-                .selectable_label(compare.first.is_none(), "Relit picture")
-                .clicked()
-            {
-                out.push(set(None));
-            }
-            let now = compare.first.as_ref();
-            pictures_ui(ui, context, now, out, |with| set(Some(with)));
-        });
-        called(menu.0.on_hover_text(hint), format!("First: {text}"));
-    }
+    first_ui(ui, context, out);
     let against = |reference| {
         let compare = compare.clone();
         Command::View(ViewCommand::Compare(CompareSettings {
@@ -139,12 +113,16 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             ..compare
         }))
     };
+    let b = RichText::new("B").color(theme::QUIET);
     let (text, button) = if compare.on {
-        let text = format!("Against {}", name(&compare.reference, context));
-        (text.clone(), Button::new(text))
+        let name = name(&compare.reference, context);
+        let button = Button::new((b, short(&name)));
+        (format!("Against {name}"), button)
     } else {
-        let text = "Compare".to_owned();
-        (text.clone(), Button::new((icons::COMPARE, text)))
+        (
+            "Compare".to_owned(),
+            Button::new((b, icons::COMPARE, "Compare")),
+        )
     };
     let menu = MenuButton::from_button(button).ui(ui, |ui| {
         if ui.selectable_label(!compare.on, "Nothing").clicked() {
@@ -159,10 +137,44 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             out.push(Command::Dialog(Dialog::ComparisonTruth));
         }
     });
-    called(menu.0.on_hover_text(hint), text);
-    if !compare.on {
-        return;
+    called(menu.0.on_hover_text(HINT), text);
+    ui.add_enabled_ui(compare.on, |ui| mode_ui(ui, context, out));
+    if compare.on && compare.mode == CompareMode::Difference {
+        gain_ui(ui, context, out);
     }
+}
+
+/// What is compared: the relit picture, or another in its place.
+fn first_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let compare = &context.state.compare;
+    let first = compare.first.as_ref().filter(|_| compare.on);
+    let text = first.map_or("relit".to_owned(), |first| name(first, context));
+    let set = |first: Option<Reference>| {
+        let compare = compare.clone();
+        let on = compare.on || first.is_some();
+        Command::View(ViewCommand::Compare(CompareSettings {
+            on,
+            first,
+            ..compare
+        }))
+    };
+    let shown = short(&text);
+    let button = Button::new((RichText::new("A").color(theme::QUIET), shown.as_str()));
+    let menu = MenuButton::from_button(button).ui(ui, |ui| {
+        if ui
+            .selectable_label(first.is_none(), "Relit picture")
+            .clicked()
+        {
+            out.push(set(None));
+        }
+        pictures_ui(ui, context, first, out, |with| set(Some(with)));
+    });
+    called(menu.0.on_hover_text(HINT), format!("First: {text}"));
+}
+
+/// How the two pictures are shown.
+fn mode_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let compare = &context.state.compare;
     let ways = [
         (CompareMode::Wipe, "wipe"),
         (CompareMode::Side, "side by side"),
@@ -172,7 +184,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let now = ways.iter().find(|(mode, _)| *mode == compare.mode);
     let list = ComboBox::from_id_salt("how to compare")
         .selected_text(now.map_or("", |(_, name)| name))
-        .width(110.0);
+        .width(100.0);
     let response = list.show_ui(ui, |ui| {
         for (mode, name) in ways {
             if ui.selectable_label(mode == compare.mode, name).clicked() {
@@ -184,10 +196,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         }
     });
     (response.response)
-        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "How to compare"));
-    if compare.mode == CompareMode::Difference {
-        gain_ui(ui, context, out);
-    }
+        .widget_info(|| WidgetInfo::labeled(Role::ComboBox, compare.on, "How to compare"));
 }
 
 /// The list of what differences are multiplied by.
@@ -212,7 +221,7 @@ pub fn gain_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 }
 
 /// Sets the accessible name of a menu's button.
-fn called(response: Response, name: String) {
+pub fn called(response: Response, name: String) {
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
 }
 
@@ -288,45 +297,6 @@ fn checkpoints_ui(
             entry(ui, out, &text, with).on_hover_text(checkpoints::details(kept));
         }
     });
-}
-
-/// The menu of channels.
-fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let now = context.state.look.effects.inspection;
-    let looked = SHOWN
-        .iter()
-        .find(|(one, ..)| *one == now && *one != Inspection::Picture);
-    let icon = RichText::new(icons::CHANNELS).size(16.0);
-    let button = match looked {
-        Some((_, name, _)) => Button::new((icon, RichText::new(*name).color(theme::ACCENT))),
-        None => Button::new(icon),
-    };
-    let menu = MenuButton::from_button(button).ui(ui, |ui| {
-        for (inspection, name, key) in SHOWN {
-            let entry = Button::selectable(inspection == now, name).shortcut_text(key);
-            if icons::named_ui(ui, true, entry, name).clicked() && inspection != now {
-                out.push(Command::Look(LookCommand::Inspect(inspection)));
-            }
-        }
-    });
-    called(
-        menu.0.on_hover_text("Which channel is shown"),
-        "Channels".to_owned(),
-    );
-}
-
-/// Whether a press on the picture places a light.
-fn aim_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let aims = context.state.aims;
-    let color = if aims { theme::ACCENT } else { theme::TEXT };
-    let icon = RichText::new(icons::AIM).size(16.0).color(color);
-    let response = ui.add(Button::selectable(aims, icon).frame_when_inactive(true));
-    let name = "Light by the face";
-    response.widget_info(|| WidgetInfo::selected(Role::Button, true, aims, name));
-    let hint = "Light by the face: click where a light should fall, and drag to move it. Key: H";
-    if response.on_hover_text(hint).clicked() {
-        out.push(Command::Aim(AimCommand::Toggle));
-    }
 }
 
 /// The lamps shown alone, as a button that returns to the environment.

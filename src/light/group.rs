@@ -1,0 +1,36 @@
+//! Lights placed by hand that are turned up, muted and shown alone together.
+
+use serde::{Deserialize, Serialize};
+
+/// A group of placed lights: those whose [`super::PlacedLight::group`] is its name.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LightGroup {
+    pub name: String,
+    /// Brightness of all its lights in stops, within [`super::Lighting::STOPS`].
+    #[serde(skip_serializing_if = "is_zero")]
+    pub gain_stops: f32,
+    /// Its lights are off.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub muted: bool,
+    /// Its lights light the subject alone: see [`super::Lighting::shines`].
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub solo: bool,
+}
+
+/// The signature is serde's.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_zero(value: &f32) -> bool {
+    *value == 0.0
+}
+
+impl LightGroup {
+    /// What the intensity of its lights is multiplied by; NaN counts as 0 stops.
+    pub fn gain(&self) -> f32 {
+        let stops = super::Lighting::STOPS;
+        match self.gain_stops.is_nan() {
+            true => 1.0,
+            false => (self.gain_stops).clamp(*stops.start(), *stops.end()).exp2(),
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! How a person looks at a picture on the display: brighter, lifted, or through another tone curve. Nothing of it is exported.
+
+use super::ViewTransform;
+use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
+
+/// Range of the viewing gamma.
+pub const GAMMA: RangeInclusive<f32> = 0.2..=5.0;
+
+/// What is done to a picture for looking at it, right before its tone curve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Viewing {
+    /// Exposure in stops.
+    pub exposure_stops: f32,
+    /// Linear light is raised to 1 / gamma: more than 1 lifts shadows and midtones; black and 1 stay.
+    pub gamma: f32,
+    /// The tone curve in place of the picture's own; None for that.
+    pub view: Option<ViewTransform>,
+}
+
+impl Default for Viewing {
+    fn default() -> Self {
+        Self {
+            exposure_stops: 0.0,
+            gamma: 1.0,
+            view: None,
+        }
+    }
+}
+
+impl Viewing {
+    /// Whether the picture is shown as it is exported.
+    pub fn is_neutral(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The same with numbers inside their ranges; NaN is neutral.
+    #[must_use]
+    pub fn bounded(self) -> Self {
+        let within = |value: f32, range: RangeInclusive<f32>, neutral: f32| match value.is_nan() {
+            true => neutral,
+            false => value.clamp(*range.start(), *range.end()),
+        };
+        Self {
+            exposure_stops: within(self.exposure_stops, super::EXPOSURE_STOPS, 0.0),
+            gamma: within(self.gamma, GAMMA, 1.0),
+            view: self.view,
+        }
+    }
+
+    /// What linear light is multiplied by, and the power that it is raised to then; both 1 if neither changes anything.
+    pub fn factor_and_power(self) -> [f32; 2] {
+        let Self {
+            exposure_stops,
+            gamma,
+            ..
+        } = self.bounded();
+        [exposure_stops.exp2(), gamma.recip()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_neutral_one_changes_nothing_and_wild_numbers_come_into_range() {
+        assert!(Viewing::default().is_neutral());
+        assert_eq!(Viewing::default().factor_and_power(), [1.0, 1.0]);
+        let wild = Viewing {
+            exposure_stops: f32::NAN,
+            gamma: f32::NAN,
+            view: None,
+        };
+        assert!(wild.bounded().is_neutral());
+        let wild = Viewing {
+            exposure_stops: f32::INFINITY,
+            gamma: 0.0,
+            view: None,
+        };
+        assert_eq!(wild.factor_and_power(), [1024.0, 5.0]);
+    }
+}

@@ -1,0 +1,486 @@
+//! The lights placed by hand: one line each, by groups, and the settings of the one that is chosen.
+
+use super::bar_ui;
+use super::diamond::{self, beside_ui};
+use super::numbers::computing;
+use super::rows::{BESIDE, Row, choice_ui, grid};
+use crate::command::{AimCommand, Command, LookCommand, ViewCommand};
+use crate::icons;
+use crate::panel_context::PanelContext;
+use crate::theme::{self, GAP};
+use egui::{
+    Align, Button, Id, Layout, Rect, Response, RichText, Role, TextEdit, Ui, WidgetInfo, pos2, vec2,
+};
+use light::{LightGroup, Lighting, PlacedLight, placed, white};
+use scene::{LightSetting, Setting};
+use std::ops::RangeInclusive;
+
+/// Letters of a name, at the most.
+const MOST_LETTERS: usize = 40;
+/// What is left free of a line behind a name: the colour and the button that removes.
+const BEHIND_NAME: f32 = 92.0;
+
+const ROWS: [Row<PlacedLight>; 3] = [
+    Row {
+        name: "Azimuth",
+        of: |light| &mut light.yaw_deg,
+        speed: 0.5,
+        range: -180.0..=180.0,
+        decimals: 1,
+        suffix: "°",
+        hint: "0 is behind the subject, −90 camera left, 180 at the camera",
+    },
+    Row {
+        name: "Elevation",
+        of: |light| &mut light.pitch_deg,
+        speed: 0.5,
+        range: -90.0..=90.0,
+        decimals: 1,
+        suffix: "°",
+        hint: "Above the horizon",
+    },
+    Row {
+        name: "Radius",
+        of: |light| &mut light.radius_deg,
+        speed: 0.2,
+        range: 0.0..=85.0,
+        decimals: 1,
+        suffix: "°",
+        hint: "As seen from the subject: a larger light is softer, not brighter",
+    },
+];
+
+/// The settings of these rows that can have keys.
+const TURNS: [LightSetting; 3] = [LightSetting::Yaw, LightSetting::Pitch, LightSetting::Radius];
+
+/// What a pass over the lights changes.
+struct Edit {
+    lighting: Lighting,
+    chosen: Option<usize>,
+    removed: Option<usize>,
+}
+
+/// The buttons that place a light by the face, and that add one.
+pub fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let hint = "Adds a softbox. It stays in place when the environment is turned.";
+    if icons::worded_ui(ui, icons::ADD, "Add light")
+        .on_hover_text(hint)
+        .clicked()
+    {
+        let mut lighting = context.state.look.lighting.clone();
+        let chosen = Some(lighting.placed.len());
+        lighting.placed.push(lighting.another_light());
+        out.push(relit(lighting));
+        out.push(Command::View(ViewCommand::ChooseLight(chosen)));
+    }
+    let aims = context.state.aims;
+    let hint = "Light by the face: click where a light should fall, and drag to move it. Key: H";
+    if toggle_ui(ui, aims, icons::AIM, "Light by the face", hint).clicked() {
+        out.push(Command::Aim(AimCommand::Toggle));
+    }
+}
+
+/// All lights: those without a group, then each group with its own.
+pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let lighting = &context.state.look.lighting;
+    if let Some(sentence) = solo_sentence(lighting) {
+        ui.label(RichText::new(sentence).color(theme::ACCENT));
+    }
+    if lighting.placed.is_empty() {
+        let hint = "None yet: add one, or place one by the face";
+        ui.label(RichText::new(hint).small().color(theme::QUIET));
+    }
+    let mut edit = Edit {
+        lighting: lighting.clone(),
+        chosen: context.state.chosen_light(),
+        removed: None,
+    };
+    let of_group = |lighting: &Lighting, group: Option<&str>| -> Vec<usize> {
+        let lights = lighting.placed.iter().enumerate();
+        let inside =
+            lights.filter(|(_, light)| lighting.group_of(light).map(|group| &*group.name) == group);
+        inside.map(|(i, _)| i).collect()
+    };
+    for i in of_group(lighting, None) {
+        light_ui(ui, context, i, &mut edit, out);
+    }
+    for (g, group) in lighting.groups.iter().enumerate() {
+        group_ui(ui, g, &mut edit, out);
+        ui.indent(("lights of group", g), |ui| {
+            for i in of_group(lighting, Some(&group.name)) {
+                light_ui(ui, context, i, &mut edit, out);
+            }
+        });
+    }
+    if let Some(removed) = edit.removed {
+        edit.lighting.placed.remove(removed);
+        edit.chosen = match edit.chosen {
+            Some(chosen) if chosen > removed => Some(chosen - 1),
+            Some(chosen) if chosen == removed => None,
+            other => other,
+        };
+    }
+    if edit.lighting != *lighting {
+        out.push(relit(edit.lighting));
+    }
+    if edit.chosen != context.state.chosen_light() {
+        out.push(Command::View(ViewCommand::ChooseLight(edit.chosen)));
+    }
+}
+
+/// The command that sets the light's settings.
+fn relit(lighting: Lighting) -> Command {
+    Command::Look(LookCommand::Lighting(Box::new(lighting)))
+}
+
+/// Which lights light the subject alone, if some do.
+fn solo_sentence(lighting: &Lighting) -> Option<String> {
+    let names = lighting.solo_titles();
+    let (last, others) = names.split_last()?;
+    Some(match others {
+        [] => format!("Solo: only {last} lights the subject"),
+        _ => format!(
+            "Solo: only {} and {last} light the subject",
+            others.join(", ")
+        ),
+    })
+}
+
+/// A button that shows an icon and stays down while something is on.
+fn toggle_ui(ui: &mut Ui, on: bool, icon: &str, name: &str, hint: &str) -> Response {
+    let color = if on { theme::ACCENT } else { theme::TEXT };
+    let icon = RichText::new(icon).size(15.0).color(color);
+    let button = Button::selectable(on, icon).frame_when_inactive(true);
+    let response = ui.add(button.min_size(vec2(26.0, 22.0)));
+    response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, name));
+    response.on_hover_text(hint)
+}
+
+/// The icons that turn lights off and show them alone; they change `muted` and `solo`.
+fn mute_and_solo_ui(ui: &mut Ui, title: &str, what: &str, muted: &mut bool, solo: &mut bool) {
+    let (icon, hint) = match *muted {
+        true => (icons::HIDDEN, format!("Turns {what} on")),
+        false => (icons::SEEN, format!("Mutes {what}")),
+    };
+    if toggle_ui(ui, *muted, icon, &format!("Mute {title}"), &hint).clicked() {
+        *muted = !*muted;
+    }
+    let hint = "Only solo lights light the subject, without the environment; in exports too";
+    if toggle_ui(ui, *solo, icons::SOLO, &format!("Solo {title}"), hint).clicked() {
+        *solo = !*solo;
+    }
+}
+
+/// The button that removes something.
+fn remove_ui(ui: &mut Ui, name: &str) -> bool {
+    let button = Button::new(RichText::new(icons::REMOVE).size(14.0)).min_size(vec2(26.0, 22.0));
+    icons::named_ui(ui, true, button, name)
+        .on_hover_text(name)
+        .clicked()
+}
+
+/// A field for a name. Returns what was typed once the field is left.
+fn name_ui(ui: &mut Ui, id: Id, now: &str, hint: &str, name: &str) -> (Response, Option<String>) {
+    let typed: Option<String> = ui.data(|data| data.get_temp(id));
+    let mut text = typed.clone().unwrap_or_else(|| now.to_owned());
+    let field = TextEdit::singleline(&mut text)
+        .id(id)
+        .hint_text(RichText::new(hint).color(theme::TEXT))
+        .char_limit(MOST_LETTERS)
+        .desired_width((ui.available_width() - BEHIND_NAME).max(40.0));
+    let response = ui.add(field);
+    response.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, name));
+    if response.has_focus() {
+        ui.data_mut(|data| data.insert_temp(id, text));
+        (response, None)
+    } else {
+        ui.data_mut(|data| data.remove::<String>(id));
+        (response, typed.map(|_| text.trim().to_owned()))
+    }
+}
+
+/// One light: its line and, if it is chosen, its settings.
+fn light_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    index: usize,
+    edit: &mut Edit,
+    out: &mut Vec<Command>,
+) {
+    let is_chosen = edit.chosen == Some(index);
+    let top = ui.cursor().top();
+    ui.push_id(("light", index), |ui| {
+        line_ui(ui, index, is_chosen, edit);
+        if is_chosen {
+            settings_ui(ui, context, index, edit, out);
+        }
+    });
+    if is_chosen {
+        let left = ui.min_rect().left() - GAP;
+        let bottom = ui.cursor().top() - ui.spacing().item_spacing.y;
+        let bar = Rect::from_min_max(pos2(left, top), pos2(left + 3.0, bottom));
+        ui.painter().rect_filled(bar, 0.0, theme::ACCENT);
+    }
+}
+
+fn line_ui(ui: &mut Ui, index: usize, is_chosen: bool, edit: &mut Edit) {
+    let light = &mut edit.lighting.placed[index];
+    let title = light.title(index);
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let (arrow, hint) = match is_chosen {
+            true => (icons::DOWN, "Hide its settings"),
+            false => (icons::NEXT, "Show its settings"),
+        };
+        let arrow = Button::new(RichText::new(arrow).size(12.0).color(theme::QUIET));
+        let arrow = arrow.frame_when_inactive(false).min_size(vec2(18.0, 22.0));
+        let name = format!("Settings of {title}");
+        if icons::named_ui(ui, true, arrow, &name)
+            .on_hover_text(hint)
+            .clicked()
+        {
+            edit.chosen = (!is_chosen).then_some(index);
+        }
+        let mut muted = !light.enabled;
+        mute_and_solo_ui(ui, &title, "the light", &mut muted, &mut light.solo);
+        light.enabled = !muted;
+        let id = Id::unique(("light name", index));
+        let (hint, name) = (format!("Light {}", index + 1), format!("Name of {title}"));
+        let (field, typed) = name_ui(ui, id, &light.name, &hint, &name);
+        if field.gained_focus() {
+            edit.chosen = Some(index);
+        }
+        if let Some(typed) = typed {
+            light.name = typed;
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if remove_ui(ui, &format!("Remove light {}", index + 1)) {
+                edit.removed = Some(index);
+            }
+            let before = light.color;
+            let swatch = ui.color_edit_button_rgb(&mut light.color);
+            let name = format!("Colour of {title}");
+            swatch.widget_info(|| WidgetInfo::labeled(Role::ColorWell, true, &name));
+            if light.color != before {
+                light.temperature_k = None;
+            }
+        });
+    });
+}
+
+/// The settings of the chosen light.
+fn settings_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    index: usize,
+    edit: &mut Edit,
+    out: &mut Vec<Command>,
+) {
+    let before = edit.lighting.clone();
+    let (id, title) = {
+        let light = &before.placed[index];
+        (light.id, light.title(index))
+    };
+    let of = |setting| Setting::Light(id, setting);
+    let with = |change: &dyn Fn(&mut PlacedLight)| {
+        let mut lighting = before.clone();
+        change(&mut lighting.placed[index]);
+        relit(lighting)
+    };
+    grid("light settings").show(ui, |ui| {
+        let kinds = [
+            (placed::Kind::Area, "box"),
+            (placed::Kind::Disc, "disc"),
+            (placed::Kind::Point, "point"),
+        ];
+        let light = &mut edit.lighting.placed[index];
+        choice_ui(ui, "Kind", &kinds, &mut light.kind);
+        ui.end_row();
+        group_choice_ui(ui, index, &mut edit.lighting);
+        ui.end_row();
+        let light = &mut edit.lighting.placed[index];
+        let stops = light.gain_stops().max(*Lighting::STOPS.start());
+        let reset = || with(&|light| light.set_gain_stops(0.0));
+        let (field, gain) = bar(ui, "Gain", (stops, Lighting::STOPS), STOPS, out, reset);
+        if let Some(gain) = gain {
+            light.set_gain_stops(gain);
+        }
+        beside_ui(ui, context, of(LightSetting::Intensity), field, out);
+        ui.end_row();
+        // Keys of the colour may have led it away from the temperature that it was set by.
+        let is_white = |kelvin: &f32| {
+            let gains = white::gains(*kelvin, 0.0);
+            (gains.iter().zip(light.color)).all(|(a, b)| (a - b).abs() < 1e-3)
+        };
+        let kelvin = light.temperature_k.filter(is_white);
+        let kelvin = kelvin.unwrap_or(white::NEUTRAL_K);
+        let reset = || {
+            with(&|light| {
+                let PlacedLight {
+                    color,
+                    temperature_k,
+                    ..
+                } = PlacedLight::default();
+                (light.color, light.temperature_k) = (color, temperature_k);
+            })
+        };
+        let warmth = (kelvin, white::RANGE_K);
+        let (field, kelvin) = bar(ui, "Temperature", warmth, KELVIN, out, reset);
+        if let Some(kelvin) = kelvin {
+            light.set_temperature(kelvin);
+        }
+        let channels = [LightSetting::Red, LightSetting::Green, LightSetting::Blue].map(of);
+        let place = diamond::beside(field);
+        let called = format!("{title} colour");
+        diamond::within_ui(ui, context, (&channels, &called), place, out);
+        ui.end_row();
+        for (row, setting) in ROWS.iter().zip(TURNS) {
+            let light = before.placed[index].clone();
+            let field = row.ui(ui, &light, out, |light| with(&|it| *it = light.clone()));
+            beside_ui(ui, context, of(setting), field.rect, out);
+            ui.end_row();
+        }
+    });
+}
+
+/// Change per point of a drag, decimals and unit.
+type Unit = (f32, usize, &'static str);
+const STOPS: Unit = (0.02, 2, " stops");
+const KELVIN: Unit = (20.0, 0, " K");
+
+/// A number over its bar. Returns where it is, and the number if it was changed.
+fn bar(
+    ui: &mut Ui,
+    name: &str,
+    (value, range): (f32, RangeInclusive<f32>),
+    (speed, decimals, suffix): Unit,
+    out: &mut Vec<Command>,
+    reset: impl FnOnce() -> Command,
+) -> (Rect, Option<f32>) {
+    let mut changed = value;
+    let field = computing(&mut changed)
+        .speed(speed)
+        .range(range.clone())
+        .fixed_decimals(decimals)
+        .suffix(suffix);
+    let response = bar_ui(ui, name, (field, value, &range), BESIDE, out, reset);
+    (response.rect, (changed != value).then_some(changed))
+}
+
+/// The group of a light: one that is there, none, or a new one.
+fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting) {
+    let new = lighting.groups.len();
+    let names: Vec<String> = lighting
+        .groups
+        .iter()
+        .map(|group| group.name.clone())
+        .collect();
+    let light = &mut lighting.placed[index];
+    let now = names.iter().position(|name| *name == light.group);
+    let mut all = vec![(None, "none")];
+    all.extend(names.iter().enumerate().map(|(g, name)| (Some(g), &**name)));
+    all.push((Some(new), "new group"));
+    let mut wanted = now;
+    choice_ui(ui, "Group", &all, &mut wanted)
+        .on_hover_text("Lights of a group are muted, shown alone and turned up together");
+    match wanted {
+        _ if wanted == now => {}
+        None => light.group = String::new(),
+        Some(group) => {
+            light.group = names.get(group).cloned().unwrap_or_else(|| {
+                let name = free_name(&names);
+                lighting.groups.push(LightGroup {
+                    name: name.clone(),
+                    ..LightGroup::default()
+                });
+                name
+            });
+        }
+    }
+}
+
+/// A name that no group has.
+fn free_name(names: &[String]) -> String {
+    let all = (1..).map(|number| format!("Group {number}"));
+    let mut free = all.filter(|name| !names.contains(name));
+    free.next().unwrap_or_default()
+}
+
+/// A group's line: its name, what mutes it and shows it alone, and its gain.
+fn group_ui(ui: &mut Ui, index: usize, edit: &mut Edit, out: &mut Vec<Command>) {
+    let before = edit.lighting.clone();
+    let names: Vec<String> = before
+        .groups
+        .iter()
+        .map(|group| group.name.clone())
+        .collect();
+    let title = &names[index];
+    let mut removed = false;
+    ui.push_id(("group", index), |ui| {
+        let group = &mut edit.lighting.groups[index];
+        let mut renamed = None;
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0;
+            ui.label(RichText::new(icons::FOLDER).color(theme::QUIET));
+            let what = "all lights of the group";
+            mute_and_solo_ui(ui, title, what, &mut group.muted, &mut group.solo);
+            let id = Id::unique(("group name", index));
+            let name = format!("Name of {title}");
+            renamed = name_ui(ui, id, title, "", &name).1;
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                removed = remove_ui(ui, &format!("Remove {title}; its lights stay"));
+            });
+        });
+        let reset = || {
+            let mut lighting = before.clone();
+            lighting.groups[index].gain_stops = 0.0;
+            relit(lighting)
+        };
+        grid("group").show(ui, |ui| {
+            let (name, now) = (format!("Gain of {title}"), group.gain_stops);
+            if let (_, Some(gain)) = bar(ui, &name, (now, Lighting::STOPS), STOPS, out, reset) {
+                group.gain_stops = gain;
+            }
+            ui.end_row();
+        });
+        if let Some(name) = renamed.filter(|name| !name.is_empty() && !names.contains(name)) {
+            regroup(&mut edit.lighting, title, &name);
+            edit.lighting.groups[index].name = name;
+        }
+    });
+    if removed {
+        regroup(&mut edit.lighting, title, "");
+        edit.lighting.groups.retain(|group| group.name != *title);
+    }
+}
+
+/// Brings the lights of one group into another, or into none.
+fn regroup(lighting: &mut Lighting, from: &str, to: &str) {
+    let inside = lighting
+        .placed
+        .iter_mut()
+        .filter(|light| light.group == from);
+    inside.for_each(|light| to.clone_into(&mut light.group));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_new_group_has_a_name_of_its_own_and_lights_stay_without_theirs() {
+        let names = ["Group 1", "Left", "Group 2"].map(str::to_owned);
+        assert_eq!(free_name(&names), "Group 3");
+        let light = |group: &str| PlacedLight {
+            group: group.to_owned(),
+            ..PlacedLight::default()
+        };
+        let mut lighting = Lighting {
+            placed: vec![light("Left"), light(""), light("Left")],
+            ..Lighting::default()
+        };
+        regroup(&mut lighting, "Left", "Rim");
+        let groups: Vec<&str> = lighting.placed.iter().map(|l| &*l.group).collect();
+        assert_eq!(groups, ["Rim", "", "Rim"]);
+    }
+}

@@ -1,0 +1,185 @@
+//! How the picture is looked at: exposure, gamma, tone curve and channels. Nothing of it is exported, and a sign says so.
+
+use super::toolbar::called;
+use crate::command::{Command, ViewCommand};
+use crate::icons;
+use crate::panel_context::PanelContext;
+use crate::panels::numbers::computing;
+use crate::panels::picture::{SHOWN, TONE_CURVES, curve_name};
+use crate::theme::{self, GAP};
+use egui::containers::menu::MenuButton;
+use egui::{
+    Align2, Button, ComboBox, DragValue, FontId, Frame, Margin, Rect, RichText, Role, Sense, Ui,
+    WidgetInfo, vec2,
+};
+use scene::{EXPOSURE_STOPS, GAMMA, Inspection, ViewTransform, Viewing};
+
+/// Width of a number in points.
+const FIELD: f32 = 52.0;
+
+/// The controls, from right to left in one track. Returns the width that they took.
+pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
+    let track = Frame::new().fill(theme::WELL).corner_radius(4);
+    let shown = track.inner_margin(Margin::symmetric(6, 1)).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.x = 0.5 * GAP;
+        channels_ui(ui, context, out);
+        curve_ui(ui, context, out);
+        let viewing = context.state.viewing;
+        let mut changed = viewing;
+        let gamma = computing(&mut changed.gamma)
+            .speed(0.01)
+            .range(GAMMA)
+            .fixed_decimals(2);
+        let hint = "Lifts or lowers the midtones, for looking only. Double-click or Ctrl+R resets.";
+        if number_ui(ui, "γ", gamma, viewing.gamma != 1.0, hint) {
+            changed.gamma = 1.0;
+        }
+        let stops = computing(&mut changed.exposure_stops)
+            .speed(0.02)
+            .range(EXPOSURE_STOPS)
+            .custom_formatter(|stops, _| format!("{stops:+.1}"));
+        let hint = "Brighter or darker by stops, for looking only. Keys: E and Shift+E. Double-click or Ctrl+R resets.";
+        let is_set = viewing.exposure_stops != 0.0;
+        if number_ui(ui, "Exp", stops, is_set, hint) {
+            changed.exposure_stops = 0.0;
+        }
+        if changed != viewing {
+            out.push(Command::View(ViewCommand::Viewing(changed)));
+        }
+        let eye = RichText::new(icons::SEEN).size(16.0).color(theme::QUIET);
+        ui.label(eye).on_hover_text(
+            "View: only how you look at the picture. What is exported is set under Light.",
+        );
+    });
+    shown.response.rect.width()
+}
+
+/// A number with its name to the left. Returns whether it was reset.
+fn number_ui(ui: &mut Ui, name: &str, field: DragValue, is_set: bool, hint: &str) -> bool {
+    let response = ui
+        .scope(|ui| {
+            if is_set {
+                let widgets = &mut ui.visuals_mut().widgets;
+                for widget in [&mut widgets.inactive, &mut widgets.hovered] {
+                    widget.fg_stroke.color = theme::VIEWING;
+                }
+            }
+            ui.add_sized(vec2(FIELD, 22.0), field)
+        })
+        .inner;
+    let label = ui.label(RichText::new(name).size(13.0).color(theme::QUIET));
+    let response = response.labelled_by(label.id);
+    let is_reset = response.double_clicked();
+    if is_reset {
+        // The first click started editing the number as text.
+        ui.memory_mut(|memory| memory.surrender_focus(response.id));
+    }
+    response.on_hover_text(hint);
+    is_reset
+}
+
+/// The tone curve that is looked through: the look's, or another.
+fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let viewing = context.state.viewing;
+    let of_look = context.state.look.effects.view;
+    let color = match viewing.view {
+        Some(_) => theme::VIEWING,
+        None => theme::TEXT,
+    };
+    let now = curve_name(viewing.view.unwrap_or(of_look));
+    let as_exported = format!("As exported ({})", curve_name(of_look));
+    let list = ComboBox::from_id_salt("viewing curve")
+        .selected_text(RichText::new(now).color(color))
+        .width(68.0)
+        .show_ui(ui, |ui| {
+            let mut choose = |ui: &mut Ui, view: Option<ViewTransform>, name: &str| {
+                if ui.selectable_label(viewing.view == view, name).clicked() {
+                    let viewing = Viewing { view, ..viewing };
+                    out.push(Command::View(ViewCommand::Viewing(viewing)));
+                }
+            };
+            choose(ui, None, &as_exported);
+            for (view, name) in TONE_CURVES {
+                choose(ui, Some(view), name);
+            }
+        });
+    (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "View"));
+    let hint = "The tone curve to look through; the one that is exported is under Light";
+    list.response.on_hover_text(hint);
+}
+
+/// The menu of channels.
+fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let now = context.state.inspection;
+    let looked = SHOWN
+        .iter()
+        .find(|(one, ..)| *one == now && *one != Inspection::Picture);
+    let icon = RichText::new(icons::CHANNELS).size(16.0);
+    let button = match looked {
+        Some((_, name, _)) => Button::new((icon, RichText::new(*name).color(theme::VIEWING))),
+        None => Button::new(icon),
+    };
+    let menu = MenuButton::from_button(button).ui(ui, |ui| {
+        for (inspection, name, key) in SHOWN {
+            let entry = Button::selectable(inspection == now, name).shortcut_text(key);
+            if icons::named_ui(ui, true, entry, name).clicked() && inspection != now {
+                out.push(Command::View(ViewCommand::Inspect(inspection)));
+            }
+        }
+    });
+    called(
+        menu.0.on_hover_text("Which channel is shown"),
+        "Channels".to_owned(),
+    );
+}
+
+/// What is changed for looking; None if the picture is shown as it is exported.
+pub fn words(viewing: Viewing) -> Option<String> {
+    let Viewing {
+        exposure_stops,
+        gamma,
+        view,
+    } = viewing;
+    let mut changes = Vec::new();
+    if exposure_stops != 0.0 {
+        changes.push(format!("{exposure_stops:+.1} stops"));
+    }
+    if gamma != 1.0 {
+        changes.push(format!("γ {gamma:.2}"));
+    }
+    changes.extend(view.map(|view| curve_name(view).to_owned()));
+    (!changes.is_empty()).then(|| format!("viewing {}", changes.join(", ")))
+}
+
+/// The sign over the picture while it is not shown as it is exported.
+pub fn sign_ui(ui: &Ui, rect: Rect, viewing: Viewing) {
+    let Some(words) = words(viewing) else {
+        return;
+    };
+    let text = format!("{} {words}: not exported", icons::SEEN);
+    let painter = ui.painter().with_clip_rect(rect);
+    let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), theme::VIEWING);
+    let size = galley.size() + vec2(12.0, 6.0);
+    let back = Align2::CENTER_TOP.align_size_within_rect(size, rect.shrink(GAP));
+    painter.rect_filled(back, 3.0, theme::WELL);
+    painter.galley(back.min + vec2(6.0, 3.0), galley, theme::VIEWING);
+    let sign = ui.interact(back, ui.scope_id().with("viewing"), Sense::hover());
+    sign.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{words}: not exported")));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_changed_for_looking_is_said_and_nothing_else() {
+        assert_eq!(words(Viewing::default()), None);
+        let viewing = Viewing {
+            exposure_stops: -1.5,
+            gamma: 1.2,
+            view: Some(ViewTransform::Aces),
+        };
+        let said = words(viewing).unwrap();
+        assert_eq!(said, "viewing -1.5 stops, γ 1.20, ACES");
+    }
+}

@@ -1,0 +1,215 @@
+//! How the picture is looked at, of which nothing is exported; and the scopes, which count what is seen.
+
+use super::{
+    MIDDLE, Window, clay, clay_window, drag, picture, snapshot, until, until_shown, window,
+};
+use afterlight::scene::{Channel, Inspection, ViewTransform};
+use afterlight::studio::StudioApp;
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers, PointerButton, vec2};
+use egui_kittest::kittest::Queryable;
+
+fn brightness(rgb: &[u8]) -> u64 {
+    rgb.iter().map(|&code| u64::from(code)).sum()
+}
+
+/// The value of a number in the bar above the picture, after it was dragged by points to the right.
+fn drag_number(window: &mut Window, name: &str, by: f32) {
+    let at = window.get_by_role_and_label(Role::SpinButton, name).rect();
+    let from = at.center();
+    let to = from + vec2(by, 0.0);
+    drag(window, from, to, PointerButton::Primary, Modifiers::NONE);
+    until_shown(window);
+}
+
+#[test]
+fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    window.key_press(Key::W);
+    until_shown(&mut window);
+    until(&mut window, "second picture", |app| {
+        app.relit().is_some_and(|relit| relit.second.is_some())
+    });
+    let plain = window.state().relit().unwrap().clone();
+    let look = window.state().state().look.clone();
+    let saved = folder.path().join("look.json");
+    let before = std::fs::read_to_string(&saved).ok();
+    window.key_press(Key::E);
+    window.key_press(Key::E);
+    until_shown(&mut window);
+    let seen = window.state().relit().unwrap().clone();
+    assert_eq!(seen.scene.viewing.exposure_stops, 1.0);
+    assert!(brightness(&seen.rgb) > brightness(&plain.rgb));
+    let second = |relit: &afterlight::worker::PreviewPicture| {
+        brightness(&relit.second.as_ref().unwrap().1.rgb)
+    };
+    assert!(second(&seen) > second(&plain), "the other picture, too");
+    assert_eq!(seen.linear, plain.linear, "the light is what it is");
+    // It is said over the picture and beside what is read.
+    window.get_by_label("viewing +1.0 stops: not exported");
+    window.event(Event::PointerMoved(MIDDLE));
+    window.run_steps(3);
+    window.get_by_label_contains("window   viewing +1.0 stops");
+    snapshot(&mut window, "studio_viewing");
+    assert_eq!(window.state().state().look, look);
+    assert!(!window.state().state().can_undo());
+    assert_eq!(std::fs::read_to_string(&saved).ok(), before);
+
+    window.key_press_modifiers(Modifiers::SHIFT, Key::E);
+    until_shown(&mut window);
+    assert_eq!(window.state().state().viewing.exposure_stops, 0.5);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    until_shown(&mut window);
+    assert_eq!(picture(&window), plain.rgb);
+    assert!(window.query_by_label_contains("not exported").is_none());
+}
+
+#[test]
+fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let plain = picture(&window);
+    drag_number(&mut window, "γ", 60.0);
+    assert!(window.state().state().viewing.gamma > 1.2);
+    assert!(brightness(&picture(&window)) > brightness(&plain));
+    drag_number(&mut window, "Exp", -50.0);
+    assert!(window.state().state().viewing.exposure_stops < -0.3);
+    // A double-click resets a number.
+    for name in ["γ", "Exp"] {
+        let at = window.get_by_role_and_label(Role::SpinButton, name).rect();
+        for _ in 0..2 {
+            window.drag_at(at.center());
+            window.drop_at(at.center());
+        }
+        window.run_steps(4);
+    }
+    until_shown(&mut window);
+    assert!(window.state().state().viewing.is_neutral());
+    assert_eq!(picture(&window), plain);
+
+    window.get_by_role_and_label(Role::ComboBox, "View").click();
+    window.run_steps(3);
+    window.get_by_label("As exported (sRGB)");
+    window.get_by_label("filmic").click();
+    until_shown(&mut window);
+    let state = window.state().state();
+    assert_eq!(state.scene().view(), ViewTransform::Filmic);
+    assert_eq!(state.look.effects.view, ViewTransform::Srgb);
+    assert!(!state.can_undo());
+    assert_ne!(picture(&window), plain);
+    window.get_by_label("viewing filmic: not exported");
+    window.key_press(Key::R);
+    until_shown(&mut window);
+    let red = Inspection::Channel(Channel::Red);
+    assert_eq!(window.state().state().inspection, red);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    until_shown(&mut window);
+    assert_eq!(picture(&window), plain);
+}
+
+#[test]
+fn a_viewing_exposure_changes_no_exported_file() {
+    let (mut window, root, _folder) = super::export::opened();
+    let mut files = Vec::new();
+    for (name, presses) in [("plain", 0), ("viewed", 3)] {
+        (0..presses).for_each(|_| window.key_press(Key::E));
+        until_shown(&mut window);
+        window.get_by_label("Workspace Export").click();
+        window.run_steps(2);
+        super::export::type_name(&mut window, &format!("exports/{name}"));
+        window.get_by_label("Add to queue").click();
+        super::export::until_exported(&mut window, files.len() + 1);
+        let file = image::open(root.join(format!("exports/{name}.0000.png")));
+        files.push(file.unwrap().into_rgba8());
+        window.get_by_label("Workspace Relight").click();
+        window.run_steps(2);
+    }
+    assert_eq!(window.state().state().viewing.exposure_stops, 1.5);
+    assert_eq!(files[0], files[1]);
+}
+
+#[test]
+fn scopes_have_a_scale_count_what_clips_and_fill_the_pane() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    window.get_by_label("Scopes").click();
+    until_shown(&mut window);
+    let counts = |window: &Window, code: u8| {
+        let rgb = picture(window);
+        [0, 1, 2].map(|c| {
+            rgb.iter()
+                .skip(c)
+                .step_by(3)
+                .filter(|&&v| v == code)
+                .count()
+        })
+    };
+    let [r, g, b] = counts(&window, 255);
+    window.get_by_label(&format!("Clipped white: R {r}, G {g}, B {b} pixels"));
+    let [r, g, b] = counts(&window, 0);
+    window.get_by_label(&format!("Clipped black: R {r}, G {g}, B {b} pixels"));
+
+    // What is seen is what is counted, and that is said.
+    (0..8).for_each(|_| window.key_press(Key::E));
+    until_shown(&mut window);
+    window.get_by_label("Counted as you see it: viewing +4.0 stops");
+    let [r, g, b] = counts(&window, 255);
+    assert!(r > 100, "{r}");
+    window.get_by_label(&format!("Clipped white: R {r}, G {g}, B {b} pixels"));
+    window.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    until_shown(&mut window);
+
+    window.get_by_label("0–255").click();
+    window.run_steps(3);
+    let size = |window: &Window, name: &str| window.get_by_label(name).rect().size();
+    let small = size(&window, "Waveform scope");
+    window.get_by_label("Enlarge the scope").click();
+    window.run_steps(3);
+    let large = size(&window, "Waveform scope");
+    assert!(large.y > 3.0 * small.y, "{small} became {large}");
+    assert!(window.query_by_label("Histogram").is_none());
+    snapshot(&mut window, "studio_waveform");
+    window.get_by_label("Vectors").click();
+    window.run_steps(3);
+    let vectors = size(&window, "Vectorscope");
+    assert!(vectors.x > 300.0, "{vectors}");
+    snapshot(&mut window, "studio_vectors");
+    window.get_by_label("Show all scopes").click();
+    window.run_steps(3);
+    window.get_by_label("Enlarge the histogram").click();
+    window.run_steps(3);
+    assert!(window.query_by_label("Vectorscope").is_none());
+}
+
+#[test]
+fn a_clip_plays_around_its_range_or_stops_at_its_end() {
+    let folder = crate::temporary();
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some()
+    });
+    for key in [Key::I, Key::ArrowRight, Key::ArrowRight, Key::O, Key::Home] {
+        window.key_press(key);
+        window.run_steps(3);
+    }
+    window.get_by_label("Loop").click();
+    window.run_steps(2);
+    assert!(!window.state().state().loops);
+    window.key_press(Key::Space);
+    until(&mut window, "playing", |app| app.state().playing);
+    until(&mut window, "the end of the range", |app| {
+        !app.state().playing
+    });
+    assert_eq!(window.state().state().frame, 2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::L);
+    window.run_steps(2);
+    window.key_press(Key::Space);
+    for wanted in [1, 0, 2] {
+        until(&mut window, "the range again and again", move |app| {
+            app.state().playing && app.state().frame == wanted
+        });
+    }
+}
