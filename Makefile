@@ -80,14 +80,14 @@ bench-plate:
 weights:
 	$(CARGO) run --locked -p afterlight-weights
 
-# Measures shoots with a truth and writes docs/accuracy.md with all its tables and plots. A run that was stopped goes on;
-# BUDGET is the minutes of training for each shoot, for all of its networks and seeds. LADDER=no writes the page with the
-# rungs that are there.
+# Measures shoots with a truth and writes docs/accuracy.md with all its tables, plots and pictures. BUDGET is the minutes by
+# the clock for everything: the next run goes on where this one ended, and the page says what is missing. MINUTES is those of
+# training for the base. LADDER=no measures nothing and writes the page with what is there.
 BUDGET ?= 90
 accuracy: build
 	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
 		$(CARGO) run --locked -p afterlight-accuracy -- --budget $(BUDGET) --program $(AFTERLIGHT) \
-		$(addprefix --shoot ,$(SHOOTS)) $(if $(filter no,$(LADDER)),--no-ladder)
+		$(addprefix --shoot ,$(SHOOTS)) $(addprefix --minutes ,$(MINUTES)) $(if $(filter no,$(LADDER)),--no-ladder)
 
 # Calibrates shoots drawn at random and writes docs/robustness.md with how right, and how honest, that was. A run that was
 # stopped goes on; FRESH=1 calibrates again, FRESH=shoots makes the shoots again too. Some twenty seconds for each of the

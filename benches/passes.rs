@@ -1,5 +1,5 @@
 //! What each pass costs beside what memory allows: `cargo bench --profile dev --bench passes`. It prints a
-//! table; `docs/accuracy.md` holds one.
+//! table, or JSON, of which `make accuracy` makes the one in `docs/accuracy.md`.
 //!
 //! `afterlight device` measures the same within its minutes; `benchmark::passes` says how.
 
@@ -7,7 +7,9 @@ use afterlight::benchmark::Budget;
 use afterlight::benchmark::passes::{PassTable, PassTimes, passes};
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::memory::keep_freed;
+use afterlight::tradeoff::Machine;
 use clap::Parser;
+use serde_json::json;
 use std::error::Error;
 use std::time::Duration;
 
@@ -28,6 +30,9 @@ struct Options {
     /// Take a software GPU if there is no other.
     #[arg(long)]
     software: bool,
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    json: bool,
     /// What cargo passes to benches.
     #[arg(long, hide = true)]
     bench: bool,
@@ -42,24 +47,37 @@ fn main() -> Result<(), Box<dyn Error>> {
         true => DeviceChoice::Gpu,
         false => DeviceChoice::Auto,
     });
-    println!(
-        "{} threads; {}; median milliseconds.\n",
-        rayon::current_num_threads(),
-        compute.description
-    );
-    println!("| size | pass | CPU, ms | limit, ms | times | GPU, ms | limit, ms | times |");
-    println!("|---:|---|---:|---:|---:|---:|---:|---:|");
+    let threads = rayon::current_num_threads();
+    if !options.json {
+        println!(
+            "{threads} threads; {}; median milliseconds.\n",
+            compute.description
+        );
+        println!("| size | pass | CPU, ms | limit, ms | times | GPU, ms | limit, ms | times |");
+        println!("|---:|---|---:|---:|---:|---:|---:|---:|");
+    }
     let budget = Budget {
         runs: (options.rounds, options.rounds),
         time: Duration::ZERO,
     };
     let cpu = ComputeDevice::choose(DeviceChoice::Cpu);
+    let mut sizes = Vec::new();
     for &size in &options.size {
         let here = passes(size, options.lamps, &cpu, budget, &mut |_, _| Ok(()))?;
         let there = (compute.gpu.is_some())
             .then(|| passes(size, options.lamps, &compute, budget, &mut |_, _| Ok(())))
-            .and_then(|there| there.map_err(|why| println!("{why}\n")).ok());
-        print(size, &here, there.as_ref());
+            .and_then(|there| there.map_err(|why| eprintln!("{why}")).ok());
+        if !options.json {
+            print(size, &here, there.as_ref());
+        }
+        sizes.push(json!({"size": size, "cpu": here, "gpu": there}));
+    }
+    if options.json {
+        let (machine, device) = (Machine::this(), &compute.description);
+        println!(
+            "{}",
+            json!({"machine": machine, "threads": threads, "device": device, "sizes": sizes})
+        );
     }
     Ok(())
 }

@@ -6,9 +6,11 @@
 
 use afterlight::compositor::reference::{lit_lamps, relight, relight_half};
 use afterlight::reflectance::{HalfField, ReflectanceField};
+use afterlight::tradeoff::Machine;
 use clap::Parser;
 use rayon::prelude::*;
-use serde_json::Value;
+use serde::Serialize;
+use serde_json::{Value, json};
 use std::error::Error;
 use std::hint::black_box;
 use std::io::{BufRead, BufReader, Lines, Write};
@@ -39,6 +41,9 @@ struct Options {
     /// Turns of each.
     #[arg(long, default_value_t = 21)]
     rounds: usize,
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    json: bool,
     /// What cargo passes to benches.
     #[arg(long, hide = true)]
     bench: bool,
@@ -48,20 +53,40 @@ fn main() -> Result<()> {
     let options = Options::parse();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads);
     pool.build_global()?;
-    println!(
-        "{} threads; median milliseconds.\n",
-        rayon::current_num_threads()
-    );
-    println!("| size | what | ms | GB/s | times the limit |");
-    println!("|---|---|---|---|---|");
+    let threads = rayon::current_num_threads();
+    if !options.json {
+        println!("{threads} threads; median milliseconds.\n");
+        println!("| size | what | ms | GB/s | times the limit |");
+        println!("|---|---|---|---|---|");
+    }
+    let mut rows = Vec::new();
     for &size in &options.size {
-        race(size, &options)?;
+        rows.extend(race(size, &options)?);
+    }
+    if options.json {
+        let machine = Machine::this();
+        println!(
+            "{}",
+            json!({"machine": machine, "threads": threads, "rows": rows})
+        );
     }
     Ok(())
 }
 
-/// Times one size and prints its rows.
-fn race(size: usize, options: &Options) -> Result<()> {
+/// What was timed of one way to sum at one size.
+#[derive(Serialize)]
+struct Row {
+    size: usize,
+    what: &'static str,
+    /// The median.
+    ms: f64,
+    /// Bytes of the field that are read in a second.
+    gigabytes_per_second: f64,
+    times_the_limit: f64,
+}
+
+/// Times one size, and prints its rows unless JSON is asked for.
+fn race(size: usize, options: &Options) -> Result<Vec<Row>> {
     let lamps = options.lamps;
     let value = |i: usize| (i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
     let full = ReflectanceField {
@@ -120,21 +145,30 @@ fn race(size: usize, options: &Options) -> Result<()> {
     let bytes = [size_of_val(words), size_of_val(half_words)];
     let limits = [median(&mut samples[0]), median(&mut samples[2])];
     let names = ["limit f32", "f32", "limit f16", "f16"];
-    for (i, name) in names.into_iter().chain(PEERS).enumerate() {
+    let mut rows = Vec::new();
+    for (i, what) in names.into_iter().chain(PEERS).enumerate() {
         if samples[i].is_empty() {
-            println!("{name} is left out: {PYTHON} names no interpreter.");
+            eprintln!("{what} is left out: {PYTHON} names no interpreter.");
             continue;
         }
         let seconds = median(&mut samples[i]);
         let kind = usize::from(i == 2 || i == 3);
-        println!(
-            "| {size} | {name} | {:.2} | {:.1} | {:.2} |",
-            seconds * 1e3,
-            bytes[kind] as f64 / seconds / 1e9,
-            seconds / limits[kind]
-        );
+        let row = Row {
+            size,
+            what,
+            ms: seconds * 1e3,
+            gigabytes_per_second: bytes[kind] as f64 / seconds / 1e9,
+            times_the_limit: seconds / limits[kind],
+        };
+        if !options.json {
+            println!(
+                "| {size} | {what} | {:.2} | {:.1} | {:.2} |",
+                row.ms, row.gigabytes_per_second, row.times_the_limit
+            );
+        }
+        rows.push(row);
     }
-    Ok(())
+    Ok(rows)
 }
 
 /// Adds up memory with all threads, in as many sums as there are registers for.

@@ -19,6 +19,7 @@ use light::{Environment, LightWeights};
 use rayon::prelude::*;
 use reflectance::{FieldBuffer, HalfField, LampBasis, ReflectanceField};
 use scene::{Background, Channel, Effects, Inspection, Output, Scene, ViewTransform};
+use serde::Serialize;
 use std::hint::black_box;
 
 /// The sum of lamps of a field in f16 on a GPU, where `relight` is that of one in f32.
@@ -28,7 +29,7 @@ pub const HALF_SUM: &str = "relight, f16";
 const COMPONENTS: usize = 36;
 
 /// What was timed of one pass.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct PassTimes {
     pub name: String,
     /// None if the device has no clock for it.
@@ -38,7 +39,7 @@ pub struct PassTimes {
 }
 
 /// All passes of one device at one size.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct PassTable {
     /// Bytes that the device copies in a second, read and written both counted.
     pub copied_per_second: f64,

@@ -20,5 +20,5 @@ pub use cells::{Cells, SIDE};
 pub use lamps::{LampErrors, LampShares};
 pub use poses::{Nearest, Poses};
 pub use relation::{PoseErrors, Relation, Sign};
-pub use report::{ConfidenceReport, Expected, FrameConfidence, Judged, SAID_SHARE};
+pub use report::{ConfidenceReport, Expected, FrameConfidence, Judged, Quarter, SAID_SHARE};
 pub use run::{ConfidenceSettings, confidence};

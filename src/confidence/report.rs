@@ -51,6 +51,10 @@ pub struct Judged {
     /// The share of cells whose error is within what was said of the usual frame, and of all but one of k + 1; asked for
     /// were [`SAID_SHARE`] of the cells.
     pub cells_within: [f64; 2],
+    /// The cells in four groups of as many, by the error that was said of them, the smallest first: whether what is said
+    /// holds where little is said, and where much is.
+    #[serde(default)]
+    pub quarters: [Quarter; 4],
     /// The share of frames in which the second holds for the asked share of cells.
     pub frames_within: f64,
     /// The share of frames that reach what all but one of k + 1 were said to reach.
@@ -61,6 +65,39 @@ pub struct Judged {
     pub correlation: f64,
     /// The same of lamps within each frame; None without [`LampShares`].
     pub lamp_correlation: Option<f64>,
+}
+
+/// Cells of which about the same error was said.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Quarter {
+    /// The least and the largest error that was said of the usual frame, as shares of encoded white.
+    pub said: [f64; 2],
+    /// The share of cells within what was said of the usual frame, and of all but one of k + 1.
+    pub within: [f64; 2],
+    pub cells: usize,
+}
+
+impl Quarter {
+    /// Groups cells, each with what was said of it and its error.
+    fn all(mut cells: Vec<([f64; 2], f64)>) -> [Self; 4] {
+        cells.sort_unstable_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+        let bound = |quarter: usize| quarter * cells.len() / 4;
+        [0, 1, 2, 3].map(|quarter| {
+            let cells = &cells[bound(quarter)..bound(quarter + 1)];
+            let (Some(first), Some(last)) = (cells.first(), cells.last()) else {
+                return Self::default();
+            };
+            let within = |which: usize| {
+                let holds = cells.iter().filter(|(said, error)| *error <= said[which]);
+                holds.count() as f64 / cells.len() as f64
+            };
+            Self {
+                said: [first.0[0], last.0[0]],
+                within: [within(0), within(1)],
+                cells: cells.len(),
+            }
+        })
+    }
 }
 
 impl Judged {
@@ -93,7 +130,7 @@ impl Judged {
             let squares = &frame.squared_errors;
             -10.0 * (squares.iter().sum::<f64>() / squares.len() as f64).log10()
         };
-        let said = |frame: &PoseErrors| {
+        let reached = |frame: &PoseErrors| {
             let decibels = relation.decibels(frame.signs.iter().copied());
             decibels.unwrap_or([f64::NAN; 2])
         };
@@ -116,13 +153,17 @@ impl Judged {
             });
             correlation(&frames.collect::<Vec<_>>())
         };
+        let said = |(sign, error)| (relation.cells(sign), error);
+        let all_cells = frames.iter().flat_map(|frame| cells(frame)).map(said);
+        let quarters = Quarter::all(all_cells.collect());
         (count > 0.0).then(|| Self {
+            quarters,
             lamp_correlation: lamps.map(of_lamps),
             frames: frames.len(),
             cells_within: [0, 1].map(|which| mean(&|frame| within(frame, which))),
             frames_within: mean(&|frame| share(within(frame, 1) >= SAID_SHARE)),
-            frames_reaching: mean(&|frame| share(real(frame) >= said(frame)[1])),
-            better_by_db: mean(&|frame| real(frame) - said(frame)[0]),
+            frames_reaching: mean(&|frame| share(real(frame) >= reached(frame)[1])),
+            better_by_db: mean(&|frame| real(frame) - reached(frame)[0]),
             correlation: correlation(&logs),
         })
     }
@@ -302,6 +343,18 @@ impl ConfidenceReport {
                 100.0 * judged.cells_within[1],
                 100.0 * SAID_SHARE,
                 judged.better_by_db
+            );
+            let quarters = judged.quarters.iter().filter(|quarter| quarter.cells > 0);
+            let quarters = quarters.map(|quarter| {
+                format!(
+                    "{:.0} % of those within {:.1} % of white",
+                    100.0 * quarter.within[0],
+                    100.0 * quarter.said[1]
+                )
+            });
+            text += &format!(
+                "\nOf parts said to be usually within an error, so many are: {}",
+                quarters.collect::<Vec<_>>().join(", ")
             );
         }
         if !self.missing.is_empty() {

@@ -146,6 +146,32 @@ fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
 }
 
 #[test]
+fn what_was_said_is_counted_where_little_and_where_much_was_said() {
+    let factors = [1.0, 0.7, 1.4, 1.1, 0.9];
+    let relation = Relation::learn(&poses_of(|d| 0.02 * d.powf(0.8), &factors), 0.8).unwrap();
+    // Frames that follow the law that the poses followed.
+    let alike = Judged::of(&relation, None, &poses_of(|d| 0.02 * d.powf(0.8), &[1.0])).unwrap();
+    for quarter in alike.quarters {
+        let [usual, promised] = quarter.within;
+        assert!(
+            (0.6..0.95).contains(&usual) && promised >= usual,
+            "{quarter:?}"
+        );
+    }
+    let cells: usize = alike.quarters.iter().map(|quarter| quarter.cells).sum();
+    assert_eq!(cells, 200);
+    let said = alike.quarters.map(|quarter| quarter.said);
+    assert!(
+        said.windows(2).all(|pair| pair[0][1] <= pair[1][0]),
+        "{said:?}"
+    );
+    // Frames that are as wrong near the poses as far from them: the mean over all cells hides it.
+    let even = Judged::of(&relation, None, &poses_of(|_| 0.02, &[1.0])).unwrap();
+    let [near, .., far] = even.quarters.map(|quarter| quarter.within[0]);
+    assert!(near < 0.5 && far > 0.9, "{near} {far}");
+}
+
+#[test]
 fn what_a_network_still_changes_tells_where_it_errs() {
     let factors = [1.0, 0.7, 1.4];
     let change = |i: usize| Some(0.02 + 0.001 * (i * 37 % 200) as f64);

@@ -1,23 +1,20 @@
 //! Scores of a method against the truth.
 
-use super::exemplars::Nearest;
-use super::metrics::{Compared, Psnr, psnr};
+use super::comparison::compare;
+use super::regions::RegionScore;
 use super::truth::Truth;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use clap::ValueEnum;
-use compositor::Plate;
-use compositor::reference::{extend_edges, lit_lamps, relight};
+use compositor::reference::{lit_lamps, relight};
 use footage::{Frame, PictureSize};
-use imaging::resample::resize_area;
-use imaging::{Image, Mask};
+use imaging::Image;
 use light::weights::{Partition, Weighting};
 use project::Project;
 use reflectance::ReflectanceField;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::time::Instant;
 
 /// Where the reflectance field of a frame comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -77,6 +74,9 @@ pub struct Scores {
     pub relit_psnr_db: BTreeMap<String, f64>,
     /// Environment → PSNR of each of `frames`.
     pub relit_psnr_by_frame_db: BTreeMap<String, Vec<f64>>,
+    /// Environment → the error in each region of the subject.
+    #[serde(default)]
+    pub relit_regions: BTreeMap<String, Vec<RegionScore>>,
     /// Mean PSNR of the OLATs over the frames whose true OLATs are known.
     pub olat_psnr_db: Option<f64>,
     /// Frame → PSNR of its OLATs.
@@ -180,184 +180,25 @@ pub fn score_under(
     calibration: &Calibration,
     truth: &Truth,
     weights: &BTreeMap<String, Vec<[f32; 3]>>,
-    (method, at): (Method, PictureSize),
+    method: (Method, PictureSize),
     predict: &mut dyn FnMut(&Frame, bool) -> Result<Predicted>,
     progress: &Progress,
 ) -> Result<Scores> {
-    let nearest = Nearest::of(method, project, calibration)?;
-    let frames: Vec<usize> = truth
-        .frames
-        .iter()
-        .copied()
-        .filter(|&f| method != Method::TruthOlats || truth.has_olats(f))
-        .collect();
-    if frames.is_empty() {
-        return Err(Error::missing(
-            "no frame of the truth has true OLATs",
-            "Evaluate another method: --with network, nearest or ratio",
-        ));
-    }
-    let mut relit: BTreeMap<&str, Vec<FramePictures>> = BTreeMap::new();
-    let mut olats: Vec<FramePictures> = Vec::new();
-    let mut times: Vec<f64> = Vec::new();
-    for (done, &index) in frames.iter().enumerate() {
-        progress.check("nothing was written")?;
-        let total = frames.len() as u64;
-        progress.step("evaluate", done as u64, total, format!("frame {index}"));
-        let (frame, filmed) = Frame::load_filmed(project, &calibration.response, index)?;
-        let filmed = filmed.shown(at);
-        let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
-        let matte = plate
-            .as_ref()
-            .map_or(&frame.mask, |plate| &plate.matte)
-            .clone();
-        let true_olats = if truth.has_olats(index) {
-            Some(truth.olats_at(index, at)?)
-        } else {
-            None
-        };
-        let began = Instant::now();
-        let predicted = match (&nearest, method, &true_olats) {
-            (Some(nearest), ..) => Predicted::Field(nearest.field(&frame)?),
-            (None, Method::TruthOlats, Some(olats)) => {
-                Predicted::Field(ReflectanceField::from_olats(olats))
-            }
-            _ => predict(&frame, true_olats.is_some())?,
-        };
-        times.push(match &predicted {
-            Predicted::Field(_) => began.elapsed().as_secs_f64() * 1e3,
-            Predicted::Pictures(pictures) => pictures.picture_ms,
-        });
-        let measured = |set: &mut Vec<FramePictures>, pictures, truths| {
-            let mut measured = FramePictures {
-                frame: index,
-                mask: matte.clone(),
-                pictures,
-                truths,
-            };
-            measured.shrink_to_truth();
-            set.push(measured);
-        };
-        let limit = method == Method::TruthOlats;
-        let plate = plate.as_ref().filter(|_| !limit);
-        for (name, weights) in weights {
-            let picture = predicted.relit(name, weights)?;
-            measured(
-                relit.entry(name).or_default(),
-                vec![at_plate(picture, plate, &frame.mask)],
-                vec![truth.relit_at(index, name, at)?],
-            );
-        }
-        if let (Some(truths), Some(predicted)) = (true_olats, predicted.olats()) {
-            let shown = |olat| at_plate(olat, plate, &frame.mask);
-            measured(&mut olats, predicted.map(shown).collect(), truths);
-        }
-    }
-    progress.step("evaluate", frames.len() as u64, frames.len() as u64, "");
-    let mut scores = Scores {
+    compare(
+        project,
+        calibration,
+        truth,
+        weights,
         method,
-        at,
-        frames,
-        relit_psnr_db: BTreeMap::new(),
-        relit_psnr_by_frame_db: BTreeMap::new(),
-        olat_psnr_db: None,
-        olat_psnr_by_frame_db: BTreeMap::new(),
-        olat_psnr_by_lamp_db: BTreeMap::new(),
-        frame_ms: {
-            times.sort_unstable_by(f64::total_cmp);
-            times.get(times.len() / 2).copied()
-        },
-    };
-    for (name, set) in relit {
-        let found = psnr_of(&set)?;
-        scores.relit_psnr_db.insert(name.to_owned(), found.mean_db);
-        scores
-            .relit_psnr_by_frame_db
-            .insert(name.to_owned(), found.frames_db);
-    }
-    if !olats.is_empty() {
-        let found = psnr_of(&olats)?;
-        scores.olat_psnr_db = Some(found.mean_db);
-        let frames = || olats.iter().map(|m| m.frame);
-        scores.olat_psnr_by_frame_db = frames().zip(found.frames_db).collect();
-        scores.olat_psnr_by_lamp_db = frames().zip(found.pictures_db).collect();
-    }
-    Ok(scores)
-}
-
-/// A sum of lamps at the size of its plate, as the compositor makes it, but not premultiplied; itself without one.
-pub fn at_plate(mut sum: Image, plate: Option<&Plate>, mask: &Mask) -> Image {
-    let Some(plate) = plate else {
-        return sum;
-    };
-    extend_edges(&mut sum, mask);
-    premultiply(&mut sum, mask);
-    let mut picture = plate.relit(&sum, mask);
-    unpremultiply(&mut picture, &plate.matte);
-    picture
-}
-
-fn premultiply(picture: &mut Image, mask: &Mask) {
-    for (pixel, &alpha) in picture.pixels.iter_mut().zip(&mask.pixels) {
-        *pixel = pixel.map(|v| v * alpha);
-    }
-}
-
-fn unpremultiply(picture: &mut Image, mask: &Mask) {
-    let pixels = picture.pixels.iter_mut().zip(&mask.pixels);
-    for (pixel, &alpha) in pixels.filter(|(_, alpha)| **alpha > 0.0) {
-        *pixel = pixel.map(|v| v / alpha);
-    }
-}
-
-/// Pictures of one frame beside their truths.
-struct FramePictures {
-    frame: usize,
-    mask: Mask,
-    pictures: Vec<Image>,
-    truths: Vec<Image>,
-}
-
-impl FramePictures {
-    /// Averages the pictures down to the truths' size, if these show the same in fewer pixels.
-    fn shrink_to_truth(&mut self) {
-        if let Some(size) = self.truths.first().map(Image::size) {
-            at_truths_size(&mut self.pictures, &mut self.mask, size);
-        }
-    }
-}
-
-/// Averages pictures of the matte's size, and the matte, down to a truth's size, if that shows the same in fewer pixels.
-pub fn at_truths_size(pictures: &mut [Image], mask: &mut Mask, (narrow, low): (usize, usize)) {
-    let (width, height) = mask.size();
-    if narrow >= width || narrow * height != low * width {
-        return;
-    }
-    let small = resize_area(mask, narrow, low);
-    let large = (pictures.iter_mut()).filter(|picture| picture.size() == (width, height));
-    for picture in large {
-        premultiply(picture, mask);
-        *picture = resize_area(picture, narrow, low);
-        unpremultiply(picture, &small);
-    }
-    *mask = small;
-}
-
-fn psnr_of(set: &[FramePictures]) -> Result<Psnr> {
-    let compared: Vec<Compared> = set
-        .iter()
-        .map(|m| Compared {
-            pictures: &m.pictures,
-            truths: &m.truths,
-            mask: &m.mask,
-        })
-        .collect();
-    psnr(&compared)
+        predict,
+        progress,
+    )?
+    .scores()
 }
 
 impl Predicted {
     /// The picture under a light; pictures that were made know it by its name.
-    fn relit(&self, name: &str, weights: &[[f32; 3]]) -> Result<Image> {
+    pub(super) fn relit(&self, name: &str, weights: &[[f32; 3]]) -> Result<Image> {
         match self {
             Self::Field(field) => {
                 check_lamps(field, weights)?;
@@ -369,7 +210,7 @@ impl Predicted {
     }
 
     /// The pictures under each lamp, if they were made.
-    fn olats(&self) -> Option<Box<dyn Iterator<Item = Image> + '_>> {
+    pub(super) fn olats(&self) -> Option<Box<dyn Iterator<Item = Image> + '_>> {
         match self {
             Self::Field(field) => Some(Box::new((0..field.lamps).map(|lamp| field.olat(lamp)))),
             Self::Pictures(pictures) => {

@@ -4,7 +4,8 @@ use super::accuracy::Predicted;
 use super::display::{display_gain, display_picture};
 use super::flicker::{self, ClipFlicker};
 use super::{
-    Learnt, Method, Row, Scores, Truth, excluded_check, markdown, score_under, truth_weights,
+    Comparison, Learnt, Method, Row, Scores, Truth, compare, excluded_check, markdown,
+    truth_weights,
 };
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
@@ -49,6 +50,9 @@ pub struct EvaluateSettings {
     /// Minutes that texler and sun may learn, which happens now [default: as long as the project's network did, else 10].
     #[arg(long, value_parser = within(MINUTES))]
     pub minutes: Option<f64>,
+    /// Seed of what texler and sun draw at random [default: the project's].
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// Also measure all methods and write their table into this Markdown file, in the shoot's section. Those that learn now
     /// are measured only if --minutes says how long.
     #[arg(long, value_name = "FILE")]
@@ -59,6 +63,9 @@ pub struct EvaluateSettings {
     /// Also write a contact sheet of the 20 lamps and frames whose OLATs are furthest from the truth.
     #[arg(long, value_name = "FILE.png")]
     pub worst: Option<PathBuf>,
+    /// Also write each relit frame as it is measured, and its truth, into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub pictures: Option<PathBuf>,
     /// Where the network runs.
     #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
@@ -102,11 +109,11 @@ pub fn evaluate(
     };
     let weights = truth_weights(project, &calibration, &truth, settings.weighting)?;
     let asks_olats = truth.frames.iter().any(|&frame| truth.has_olats(frame));
-    let scores_of = |method: Method| {
+    let compared = |method: Method| -> Result<(Comparison, Option<Spent>)> {
         let effort = Effort {
             minutes,
             steps: None,
-            seed: project.settings.seed,
+            seed: settings.seed.unwrap_or(project.settings.seed),
         };
         let learn = || {
             let from = (project, &calibration);
@@ -123,7 +130,7 @@ pub fn evaluate(
             (None, Some(predictor)) => Ok(Predicted::Field(predictor.predict(frame)?)),
             (None, None) => Err(Error::bug("there is no network to predict with")),
         };
-        let scores = score_under(
+        let compared = compare(
             project,
             &calibration,
             &truth,
@@ -132,9 +139,18 @@ pub fn evaluate(
             &mut predict,
             progress,
         )?;
-        Ok((scores, learnt.map(|learnt| learnt.spent())))
+        Ok((compared, learnt.map(|learnt| learnt.spent())))
     };
-    let (scores, learnt) = scores_of(settings.method)?;
+    let scores_of = |method: Method| {
+        let (compared, spent) = compared(method)?;
+        Ok::<_, Error>((compared.scores()?, spent))
+    };
+    let (found, learnt) = compared(settings.method)?;
+    let scores = found.scores()?;
+    if let Some(folder) = &settings.pictures {
+        found.write_pictures(folder)?;
+    }
+    drop(found);
     if let (Some(path), Some(predictor)) = (&settings.table, &predictor) {
         let methods = [
             Method::Nearest,

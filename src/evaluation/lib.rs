@@ -2,6 +2,7 @@
 
 mod accuracy;
 pub mod blind;
+mod comparison;
 mod display;
 mod evaluate;
 mod exemplars;
@@ -12,6 +13,8 @@ pub mod flip;
 mod harmonics;
 mod learnt;
 pub mod metrics;
+mod program;
+mod regions;
 pub mod review;
 mod ssim;
 mod table;
@@ -20,14 +23,16 @@ mod truth;
 mod weights_tests;
 
 pub use accuracy::{
-    Method, Pictures, Predicted, Scores, at_plate, at_truths_size, excluded_check, score,
-    score_under, truth_weights,
+    Method, Pictures, Predicted, Scores, excluded_check, score, score_under, truth_weights,
 };
+pub use comparison::{Comparison, at_plate, at_truths_size, compare};
 pub use display::{display_gain, display_picture};
 pub use evaluate::{EvaluateReport, EvaluateSettings, evaluate};
 pub use fidelity::{Distance, Fidelity, fidelity};
 pub use flip::{FlipMap, flip};
 pub use learnt::Learnt;
+pub use program::{build, build_of};
+pub use regions::{Region, RegionScore};
 pub use ssim::ssim;
 pub use table::{Row, markdown};
 pub use truth::Truth;

@@ -109,7 +109,7 @@ impl Compared<'_> {
     pub(super) fn pictures_db(&self, scale: f64) -> Vec<f64> {
         let truths = subject(self.truths, self.mask);
         let exposure = self.exposure();
-        let encode = |v: f64| (exposure * v).clamp(0.0, 1.0).powf(1.0 / GAMMA);
+        let encode = |v: f64| code(exposure * v);
         let pictures = subject(self.pictures, self.mask);
         let pixels = truths.len() / self.truths.len().max(1);
         let pairs = pictures.chunks(pixels).zip(truths.chunks(pixels));
@@ -122,6 +122,11 @@ impl Compared<'_> {
             })
             .collect()
     }
+}
+
+/// The measure's code of a value at its exposure.
+pub(super) fn code(exposed: f64) -> f64 {
+    exposed.clamp(0.0, 1.0).powf(1.0 / GAMMA)
 }
 
 /// What pictures are multiplied by, from the luminances of pictures and truths.
@@ -154,7 +159,7 @@ pub(super) fn pooled(decibels_of: impl ExactSizeIterator<Item = f64>) -> f64 {
 }
 
 /// A mean square error as PSNR, with 1 as the peak.
-fn decibels(error: f64) -> f64 {
+pub(super) fn decibels(error: f64) -> f64 {
     (-10.0 * error.log10()).min(MAX_DECIBELS)
 }
 

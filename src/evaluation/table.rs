@@ -65,6 +65,7 @@ mod tests {
             frames: vec![5, 14],
             relit_psnr_db: BTreeMap::from([(name.to_owned(), 24.25)]),
             relit_psnr_by_frame_db: BTreeMap::new(),
+            relit_regions: BTreeMap::new(),
             olat_psnr_db,
             olat_psnr_by_frame_db: BTreeMap::new(),
             olat_psnr_by_lamp_db: BTreeMap::new(),

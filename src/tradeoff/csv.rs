@@ -2,10 +2,14 @@
 
 use super::front::front;
 use super::ledger::Ledger;
+use clap::ValueEnum;
+use scene::{Effects, STRENGTHS};
+use training::StartsFrom;
 
 const COLUMNS: &str = "rung,knob,seed,on_front,ms_median,ms_p10,ms_p90,ms_predicted,predict_ms,ms_as_timed,base_ms_in_turn,memory_bytes,\
 disk_bytes,training_seconds,training_minutes_asked,steps,psnr_db,ssim,flip,lpips,olat_psnr_db,flicker_percent,changes_db,\
-size,lamps,width,most_channels,depth,lamps_per_step,precision,against,device,processor,threads,system,version";
+size,lamps,width,most_channels,depth,lamps_per_step,precision,against,device,processor,threads,system,version,build,\
+start,rendering,rendering_end,perceptual,pixel,features,steadiness,storage,components,weights,environment_columns,effects";
 
 /// A line for each rung, with machine, version, seed and settings. Unknown figures are empty.
 pub fn csv(ledger: &Ledger) -> String {
@@ -15,6 +19,8 @@ pub fn csv(ledger: &Ledger) -> String {
     };
     for (measured, on_front) in ledger.rungs.iter().zip(front(&ledger.rungs)) {
         let (rung, config) = (&measured.rung, &measured.rung.network.config);
+        let features = config.features.as_ref();
+        let features = features.map(|file| file.display().to_string());
         let count = |value: Option<usize>| value.map_or(String::new(), |value| value.to_string());
         let fields = [
             quoted(&rung.name),
@@ -53,11 +59,43 @@ pub fn csv(ledger: &Ledger) -> String {
             ledger.machine.threads.to_string(),
             quoted(&ledger.machine.system),
             quoted(&ledger.machine.version),
+            measured.build.clone(),
+            match config.start {
+                StartsFrom::Nothing => "nothing".to_owned(),
+                StartsFrom::VirtualSubjects => "virtual-subjects".to_owned(),
+            },
+            config.rendering.to_string(),
+            known(config.rendering_end.map(f64::from), 2),
+            config.perceptual.to_string(),
+            config.pixel.to_string(),
+            quoted(&features.unwrap_or_default()),
+            config.steadiness.to_string(),
+            name(rung.show.storage),
+            count(rung.show.components),
+            name(rung.show.weighting),
+            count(rung.show.environment_columns),
+            quoted(&effects(&rung.show.effects)),
         ];
         text += &fields.join(",");
         text.push('\n');
     }
     text
+}
+
+/// A value's name on the command line.
+fn name(value: impl ValueEnum) -> String {
+    let value = value.to_possible_value();
+    value.map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// The effects that are not off, such as `glare=0.5`.
+fn effects(of: &Effects) -> String {
+    let mut of = *of;
+    let strengths = STRENGTHS.iter().filter_map(|strength| {
+        let value = *(strength.of)(&mut of);
+        (value > 0.0).then(|| format!("{}={value}", strength.pass.name()))
+    });
+    strengths.collect::<Vec<_>>().join(" ")
 }
 
 /// A field as RFC 4180 has it.

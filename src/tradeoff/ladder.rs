@@ -9,6 +9,7 @@ use light::weights::Weighting;
 use reflectance::Precision;
 use scene::{Effects, Pass, STRENGTHS};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::PathBuf;
 use training::{Preset, StartsFrom, TrainingConfig};
 
@@ -24,11 +25,19 @@ pub struct TradeoffSettings {
     /// Minutes of training for all networks together. The measuring itself takes some seconds a rung more.
     #[arg(long, value_name = "MINUTES", default_value_t = 60.0, value_parser = minutes)]
     pub budget: f64,
+    /// Minutes of training for the base, in place of a share of the budget.
+    #[arg(long, value_name = "MINUTES", value_parser = base_minutes, conflicts_with = "budget")]
+    #[serde(default)]
+    pub base_minutes: Option<f64>,
+    /// Begin no further rung after so many minutes by the clock; run again to go on. The base is measured in any case.
+    #[arg(long, value_name = "MINUTES", value_parser = minutes)]
+    #[serde(skip)]
+    pub within: Option<f64>,
     /// Turn these knobs alone [default: all].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "KNOB")]
     pub knobs: Vec<Knob>,
-    /// Train and measure each rung with so many seeds, 1 to 20; the budget is shared among them. All rungs come with the
-    /// first, then the base and its lengths of training with the others, then the rest.
+    /// Train and measure each rung with so many seeds, 1 to 20; the budget is shared among them. The base and its lengths of
+    /// training come first, with all seeds, then all other rungs with the first seed, then the rest.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=20))]
     pub seeds: u64,
     /// What the pictures show that are compared, at the plate's resolution: the whole plate, or the square that the network
@@ -57,6 +66,8 @@ impl Default for TradeoffSettings {
             truth: None,
             hold_out: None,
             budget: 60.0,
+            base_minutes: None,
+            within: None,
             knobs: Vec::new(),
             seeds: 1,
             at: PictureSize::Plate,
@@ -71,6 +82,11 @@ impl Default for TradeoffSettings {
 /// A budget in minutes: 0.05 to 100,000.
 fn minutes(text: &str) -> std::result::Result<f64, String> {
     base::numbers::within(0.05f64..=1e5)(text)
+}
+
+/// The base's minutes: 0.001 to 10,000.
+fn base_minutes(text: &str) -> std::result::Result<f64, String> {
+    base::numbers::within(0.001f64..=1e4)(text)
 }
 
 /// What a rung changes.
@@ -218,7 +234,7 @@ const LONGER: [f64; 2] = [2.0, 4.0];
 /// Networks that are trained with what paid.
 const TOGETHER: usize = 2;
 
-/// The rungs before it is known what pays, in the order in which they are measured: what needs no training first.
+/// The rungs before it is known what pays: what needs no training first, then what is likely to show most.
 pub fn rungs(facts: &Facts, settings: &TradeoffSettings) -> Vec<Rung> {
     // Minutes are shared out once it is known how many networks there are.
     let mut all = with_minutes(facts, settings, 1.0);
@@ -240,7 +256,8 @@ pub fn rungs(facts: &Facts, settings: &TradeoffSettings) -> Vec<Rung> {
         };
         trained.iter().map(|(_, minutes)| minutes).sum::<f64>() + together as f64
     };
-    let unit = settings.budget / (units * settings.seeds as f64);
+    let shared = || settings.budget / (units * settings.seeds as f64);
+    let unit = settings.base_minutes.unwrap_or_else(shared);
     all.iter_mut().for_each(|rung| rung.minutes *= unit);
     all
 }
@@ -349,15 +366,12 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
             rung.network.config.most_channels = most;
         });
     }
-    let blocks = facts.size.ilog2() as usize + 1;
-    for depth in [4, 6].into_iter().filter(|&depth| depth < blocks) {
-        turn(Knob::Depth, depth.to_string(), &|rung| {
-            rung.network.config.depth = Some(depth);
-        });
-    }
-    for lamps in [8].into_iter().filter(|&lamps| lamps < facts.lamps) {
-        turn(Knob::LampsPerStep, lamps.to_string(), &|rung| {
-            rung.network.config.lamps_per_step = Some(lamps);
+    turn(Knob::Start, "nothing".to_owned(), &|rung| {
+        rung.network.config.start = StartsFrom::Nothing;
+    });
+    for lamps in [24, 12, 6].into_iter().filter(|&lamps| lamps < facts.lamps) {
+        turn(Knob::Lamps, lamps.to_string(), &|rung| {
+            rung.network.lamps = lamps
         });
     }
     turn(Knob::Features, "none".to_owned(), &|rung| {
@@ -370,6 +384,20 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
             rung.network.config.lamps_per_step = Some(8.min(facts.lamps));
         });
     }
+    for &precision in &facts.precisions {
+        let value = precision
+            .to_possible_value()
+            .map(|v| v.get_name().to_owned());
+        turn(Knob::Precision, value.unwrap_or_default(), &|rung| {
+            rung.network.config.precision = precision;
+        });
+    }
+    let blocks = facts.size.ilog2() as usize + 1;
+    for depth in [4, 6].into_iter().filter(|&depth| depth < blocks) {
+        turn(Knob::Depth, depth.to_string(), &|rung| {
+            rung.network.config.depth = Some(depth);
+        });
+    }
     for (value, first, last) in [
         ("0", 0.0, None),
         ("0.5-to-0", 0.5, Some(0.0)),
@@ -380,25 +408,14 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
             rung.network.config.rendering_end = last;
         });
     }
+    for lamps in [8].into_iter().filter(|&lamps| lamps < facts.lamps) {
+        turn(Knob::LampsPerStep, lamps.to_string(), &|rung| {
+            rung.network.config.lamps_per_step = Some(lamps);
+        });
+    }
     turn(Knob::Steadiness, "1".to_owned(), &|rung| {
         rung.network.config.steadiness = 1.0;
     });
-    turn(Knob::Start, "nothing".to_owned(), &|rung| {
-        rung.network.config.start = StartsFrom::Nothing;
-    });
-    for &precision in &facts.precisions {
-        let value = precision
-            .to_possible_value()
-            .map(|v| v.get_name().to_owned());
-        turn(Knob::Precision, value.unwrap_or_default(), &|rung| {
-            rung.network.config.precision = precision;
-        });
-    }
-    for lamps in [24, 12, 6].into_iter().filter(|&lamps| lamps < facts.lamps) {
-        turn(Knob::Lamps, lamps.to_string(), &|rung| {
-            rung.network.lamps = lamps
-        });
-    }
     for share in LONGER {
         turn(Knob::Minutes, format!("{share}x"), &|rung| {
             rung.minutes *= share
@@ -407,10 +424,39 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
     all
 }
 
+/// In which order rungs are measured, with which seeds: the base, its lengths of training, all others with the first seed; and
+/// what can wait. A run that is stopped early knows how much seeds differ before it knows all rungs.
+pub fn order(rungs: &[Rung], seeds: Range<u64>) -> [Vec<(Rung, u64)>; 2] {
+    let with = |wanted: &dyn Fn(&Rung) -> bool, seeds: Range<u64>| -> Vec<(Rung, u64)> {
+        let of_seed = move |seed| {
+            let wanted = rungs.iter().filter(move |rung| wanted(rung));
+            wanted.map(move |rung| (rung.clone(), seed))
+        };
+        seeds.flat_map(of_seed).collect()
+    };
+    let is_length = |rung: &Rung| rung.knob == Some(Knob::Minutes);
+    let is_other = |rung: &Rung| rung.knob.is_some() && !is_length(rung);
+    let (first, others) = (seeds.start..seeds.start + 1, seeds.start + 1..seeds.end);
+    let mut sooner = with(&|rung| rung.knob.is_none(), seeds.clone());
+    sooner.extend(with(&is_length, seeds));
+    sooner.extend(with(&is_other, first));
+    [sooner, with(&is_other, others)]
+}
+
 impl Rung {
-    /// Whether it asks for the base's network, after any length of training.
-    pub(crate) fn is_bases(&self) -> bool {
-        self.network.name == BASE || self.knob == Some(Knob::Minutes)
+    /// Whether a step of its training does the same work as `other`'s.
+    pub(crate) fn steps_as(&self, other: &Self) -> bool {
+        let work = |rung: &Self| {
+            let network = rung.network.clone();
+            let config = TrainingConfig {
+                start: StartsFrom::Nothing,
+                rendering: 1.0,
+                rendering_end: None,
+                ..network.config
+            };
+            (network.size, network.lamps, config)
+        };
+        work(self) == work(other)
     }
 
     /// This with what `other` changes of `base`, which must not be the same knob.

@@ -34,6 +34,11 @@ pub struct Ledger {
     pub compared_with: String,
     /// The project's size and lamps when the first rung was measured: a rung that is applied changes them.
     pub base: Base,
+    /// Milliseconds of a step of the base's training when nothing slowed it down: networks are trained for as many steps as
+    /// fit into their minutes then, so that other work on the machine costs none of them steps. None before the first
+    /// training; ladders of older versions have none.
+    #[serde(default)]
+    pub base_step_ms: Option<f64>,
     /// CRC-32 of the project's settings and calibration: of another project the figures say nothing.
     pub basis: u32,
     /// In the order in which they were measured.
@@ -105,6 +110,7 @@ impl Ledger {
             compared_with: against.words(project),
             against,
             base: Base::of(project),
+            base_step_ms: None,
             basis: basis(project)?,
             rungs: Vec::new(),
             failures: Vec::new(),
@@ -177,6 +183,7 @@ impl Ledger {
     pub(crate) fn continues(&self, other: &Self) -> bool {
         let asked = |settings: &TradeoffSettings| TradeoffSettings {
             fresh: false,
+            within: None,
             device: DeviceChoice::default(),
             ..settings.clone()
         };
@@ -186,6 +193,8 @@ impl Ledger {
             && self.against == other.against
             && self.basis == other.basis
             && self.machine == other.machine
+            // Older versions trained by the clock.
+            && (self.base_step_ms.is_some() || self.rungs.is_empty())
             // Another version of the program may train in another way.
             && (self.rungs.iter().find(|m| m.rung.name == BASE))
                 .is_none_or(|base| base.rung.network.config == base_config())

@@ -11,6 +11,7 @@ mod judge;
 mod ladder;
 mod ledger;
 mod measure;
+mod pace;
 mod run;
 #[cfg(test)]
 mod tests;

@@ -112,6 +112,9 @@ pub struct Measured {
     pub flicker: Option<f64>,
     /// Where the network ran.
     pub device: String,
+    /// Which build of the program measured it; empty in ladders of older versions.
+    #[serde(default)]
+    pub build: String,
     /// A picture of the first frame under the first environment, in the folder `pictures`.
     pub picture: String,
 }

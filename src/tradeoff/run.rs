@@ -2,9 +2,10 @@
 
 use super::front::front;
 use super::judge::{Against, Judge, exemplar_size};
-use super::ladder::{BASE, Facts, Knob, Network, Rung, TradeoffSettings, rungs};
+use super::ladder::{BASE, Facts, Knob, Network, Rung, TradeoffSettings, order, rungs};
 use super::ledger::{Failure, Ledger, folder};
 use super::measure::{Cost, Found, Measured, Trained, measure};
+use super::pace::Pace;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::{CalibrateSettings, Calibration, calibrate, keep_lamps};
@@ -16,6 +17,7 @@ use project::Project;
 use reflectance::{Precision, Predictor, checkpoint};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 use training::features::Lpips;
 use training::{TrainSettings, train};
 
@@ -80,6 +82,8 @@ struct Climb<'a> {
     lpips: Option<Lpips>,
     /// The base's network, which is timed in turn with each rung's.
     timed_base: Option<Trained>,
+    pace: Pace,
+    began: Instant,
 }
 
 impl<'a> Climb<'a> {
@@ -145,6 +149,8 @@ impl<'a> Climb<'a> {
             rungs,
             lpips,
             timed_base: None,
+            pace: Pace::default(),
+            began: Instant::now(),
         })
     }
 
@@ -174,37 +180,44 @@ impl<'a> Climb<'a> {
         Ok(new)
     }
 
-    /// Every rung of the first seed, then what the base and its lengths of training show with the others, then the rest: a
-    /// run that is stopped early knows all rungs, and how much seeds differ.
+    /// Measures in the order that [`order`] gives, until everything is measured or the time is over.
     fn all(&mut self, progress: &Progress) -> Result<()> {
         let first = self.project.settings.seed;
-        let others = first + 1..first + self.settings.seeds;
-        for rung in self.rungs.clone() {
-            self.rung(&rung, first, progress)?;
-        }
+        let seeds = first..first + self.settings.seeds;
         let wants_together =
             self.settings.knobs.is_empty() || self.settings.knobs.contains(&Knob::Together);
-        if wants_together {
-            let of_first: Vec<&Measured> = (self.ledger.rungs.iter())
-                .filter(|m| m.seed == first)
-                .collect();
-            let together = together(&of_first);
-            self.ledger.planned += together.len() * self.settings.seeds as usize;
-            self.rungs.extend(together);
-        }
-        let (sooner, later): (Vec<Rung>, Vec<Rung>) =
-            self.rungs.iter().cloned().partition(Rung::is_bases);
-        for rung in self.rungs.clone() {
-            self.rung(&rung, first, progress)?;
-        }
-        for rungs in [sooner, later] {
-            for seed in others.clone() {
-                for rung in &rungs {
-                    self.rung(rung, seed, progress)?;
-                }
+        let [sooner, _] = order(&self.rungs, seeds.clone());
+        if self.some(sooner, progress)? {
+            if wants_together {
+                let of_first: Vec<&Measured> = (self.ledger.rungs.iter())
+                    .filter(|m| m.seed == first)
+                    .collect();
+                let together = together(&of_first);
+                self.ledger.planned += together.len() * self.settings.seeds as usize;
+                self.rungs.extend(together);
             }
+            let [sooner, later] = order(&self.rungs, seeds);
+            self.some([sooner, later].concat(), progress)?;
         }
         self.ledger.save(self.project)
+    }
+
+    /// Measures these rungs; false if the time is over before.
+    fn some(&mut self, rungs: Vec<(Rung, u64)>, progress: &Progress) -> Result<bool> {
+        let time = self.settings.within.map(|minutes| 60.0 * minutes);
+        for (rung, seed) in rungs {
+            let is_left = self.ledger.measured(&rung.name, seed).is_none();
+            let is_over = time.is_some_and(|time| self.began.elapsed().as_secs_f64() > time);
+            if is_left && is_over && rung.knob.is_some() {
+                progress.say(format!(
+                    "The time is over: {} rungs are left. Run it again to go on",
+                    self.ledger.left()
+                ));
+                return Ok(false);
+            }
+            self.rung(&rung, seed, progress)?;
+        }
+        Ok(true)
     }
 
     /// Measures a rung unless that was done. A rung that fails by itself does not end the run.
@@ -267,7 +280,12 @@ impl<'a> Climb<'a> {
     }
 
     /// A rung's network, trained, and where its weights are.
-    fn trained(&self, rung: &Rung, seed: u64, progress: &Progress) -> Result<(Trained, PathBuf)> {
+    fn trained(
+        &mut self,
+        rung: &Rung,
+        seed: u64,
+        progress: &Progress,
+    ) -> Result<(Trained, PathBuf)> {
         let (variant, calibration) =
             variant(&self.base, self.project, &rung.network, seed, progress)?;
         let mark = self.train(rung, seed, &variant, &calibration, progress)?;
@@ -287,7 +305,8 @@ impl<'a> Climb<'a> {
             // The first rung is the base of the first seed.
             None => {
                 let first = self.project.settings.seed;
-                self.trained(&self.rungs[0], first, progress)?.0
+                let base = self.rungs[0].clone();
+                self.trained(&base, first, progress)?.0
             }
         };
         let base = self.timed_base.insert(base);
@@ -339,6 +358,7 @@ impl<'a> Climb<'a> {
             changes_db,
             flicker,
             device: self.compute.description.clone(),
+            build: evaluation::build().to_owned(),
             picture,
         })
     }
@@ -370,9 +390,25 @@ impl<'a> Climb<'a> {
         })
     }
 
+    /// How many steps fit into a rung's minutes when nothing slows them down.
+    fn steps(&mut self, rung: &Rung) -> Result<u64> {
+        let base = &self.rungs[0];
+        let base_ms = match self.ledger.base_step_ms {
+            Some(ms) => ms,
+            None => {
+                let ms = self.pace.base_ms(base, self.compute)?;
+                self.ledger.base_step_ms = Some(ms);
+                self.ledger.save(self.project)?;
+                ms
+            }
+        };
+        let times = self.pace.times(rung, base, self.compute)?;
+        Ok((60e3 * rung.minutes / (base_ms * times)).ceil() as u64)
+    }
+
     /// Trains a rung's network as far as it is not trained, and returns where its weights are.
     fn train(
-        &self,
+        &mut self,
         rung: &Rung,
         seed: u64,
         variant: &Project,
@@ -383,12 +419,15 @@ impl<'a> Climb<'a> {
         if mark.join("checkpoint.toml").exists() {
             return Ok(mark);
         }
-        let mut config = rung.network.config.clone();
-        config.minutes = Some(rung.minutes);
+        let steps = self.steps(rung)?;
+        let (without, held_out) = (self.judge.frames(), self.judge.held_out());
+        let shoot = &variant.settings.shoot;
+        let poses = shoot.poses.len() - usize::from(held_out.is_some());
+        let frames = shoot.frames.len().saturating_sub(without.len());
         let settings = TrainSettings {
-            config,
-            exclude_frames: self.judge.frames(),
-            hold_out: self.judge.held_out(),
+            config: rung.network.config.clone().for_steps(steps, poses, frames),
+            exclude_frames: without,
+            hold_out: held_out,
             fresh: false,
             device: self.settings.device,
         };

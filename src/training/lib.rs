@@ -19,6 +19,7 @@ pub mod loss;
 mod monitor;
 #[cfg(test)]
 mod nan_tests;
+mod pace;
 #[cfg(test)]
 mod parity_tests;
 mod pose_prediction;
@@ -35,6 +36,7 @@ pub use config::{Preset, StartsFrom, TrainSettings, TrainingConfig};
 pub use cost::{DiskCost, Pace, RunCost};
 pub use gradient::clip;
 pub use history::History;
+pub use pace::steps_ms;
 pub use records::Records;
 pub use report::TrainReport;
 pub use run::train;

@@ -43,7 +43,7 @@ impl Schedule {
     }
 
     /// Steps in one round: the exemplars' epochs, then the interview's.
-    fn round_steps(&self) -> u64 {
+    pub fn round_steps(&self) -> u64 {
         u64::from(self.exemplar_epochs) * self.poses as u64
             + u64::from(self.video_epochs) * self.frames_per_epoch as u64
     }
@@ -59,6 +59,28 @@ impl Schedule {
         rounds * self.round_steps()
             + exemplar * self.poses as u64
             + (rest - exemplar) * self.frames_per_epoch as u64
+    }
+
+    /// The fewest epochs that have so many steps; 1 for none.
+    pub fn epochs_of(&self, steps: u64) -> u32 {
+        let has = |epochs| {
+            Self {
+                epochs,
+                ..self.clone()
+            }
+            .steps()
+                >= steps
+        };
+        let (mut low, mut high) = (1, u32::MAX);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if has(middle) {
+                high = middle;
+            } else {
+                low = middle + 1;
+            }
+        }
+        low
     }
 
     /// What step number `step`, from 0, learns from. Each epoch has its own order, drawn from the seed.
@@ -186,6 +208,15 @@ mod tests {
         }
         assert!(orders.len() > 10);
         assert_eq!(epoch(3), epoch(3));
+    }
+
+    #[test]
+    fn the_fewest_epochs_are_found_that_have_so_many_steps() {
+        // A round is four epochs of six poses and one of eight frames.
+        let schedule = Schedule::new(&Preset::Quick.config(), 6, 40, 7);
+        for (steps, epochs) in [(0, 1), (6, 1), (7, 2), (24, 4), (25, 5), (32, 5), (33, 6)] {
+            assert_eq!(schedule.epochs_of(steps), epochs, "{steps} steps");
+        }
     }
 
     #[test]

@@ -23,6 +23,7 @@ use reflectance::render::{encode, light};
 use reflectance::start;
 use reflectance::{UNet, UNetConfig};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// How far a frame is moved to see whether outputs stay, in pixels.
 const STEADY_SHIFT: i64 = 2;
@@ -150,6 +151,14 @@ impl Trainer {
             hold_out: None,
             optimizer: start.optimizer,
         })
+    }
+
+    /// Milliseconds of the step at this share of a round, from 0 to 1.
+    pub(crate) fn timed_ms(&mut self, share: f64) -> f64 {
+        self.info.step = (share * self.schedule.round_steps() as f64) as u64;
+        let began = Instant::now();
+        self.step(0.5);
+        began.elapsed().as_secs_f64() * 1e3
     }
 
     /// Makes one step; `done` is the finished share of the run, for the learning rate.

@@ -104,9 +104,11 @@ pub fn run(
             at: PictureSize::default(),
             weighting: Weighting::default(),
             minutes: None,
+            seed: None,
             table: None,
             sheet,
             worst: None,
+            pictures: None,
             device,
         };
         evaluate(&project, &settings, progress)

@@ -1,17 +1,17 @@
 //! Whether the frames that `confidence` names are worth more as poses than others, on shoots of the virtual stage.
 
-use crate::{Options, json};
-use base::files::{self, write_beside};
+use crate::kept::Kept;
+use crate::{Clock, Options};
 use base::{Error, Result};
 use chacha20::ChaCha8Rng;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use serde_json::Value;
-use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use training::Preset;
 
 /// Seeds of the shoots, which nothing was chosen with.
-const SEEDS: [u64; 3] = [1001, 1002, 1003];
+pub const SEEDS: [u64; 3] = [1001, 1002, 1003];
 /// Poses photographed before, and added.
 const BEFORE: usize = 3;
 const ADDED: usize = 2;
@@ -39,75 +39,180 @@ pub struct Added {
     pub before: Reached,
     pub chosen: Reached,
     pub drawn: Vec<Reached>,
+    /// What `confidence --truth` says of the errors that it expected of the network with the first poses.
+    pub judged: Value,
+    /// Builds of the program that measured it.
+    pub builds: Vec<String>,
 }
 
-/// Measures all shoots, as far as they were not measured before.
+/// Measures the shoots until the time is over, as far as they were not measured before; without a clock what was measured.
+/// Shoots that are not measured whole are left out.
 ///
 /// # Errors
 /// When the program fails.
-pub fn measured(options: &Options) -> Result<Vec<Added>> {
-    SEEDS.iter().map(|&seed| shoot(options, seed)).collect()
+pub fn measured(options: &Options, clock: Option<&Clock>) -> Result<Vec<Added>> {
+    let mut all = Vec::new();
+    for seed in SEEDS {
+        let minutes = options.pose_minutes;
+        let shoot = Shoot {
+            folder: options
+                .work
+                .join(format!("poses-{seed}-for-{minutes}-minutes")),
+            options,
+            seed,
+            clock,
+        };
+        all.extend(shoot.measured()?);
+    }
+    Ok(all)
 }
 
-fn shoot(options: &Options, seed: u64) -> Result<Added> {
-    let folder = options.work.join(format!("poses-{seed}"));
-    let before = reached(options, &folder, seed, &[])?;
-    let named = folder.join("named.json");
-    let text = kept(&named, || {
-        let project = folder.join("like-none/project");
-        // The truth's frames are not taken, so more are asked for.
-        let count = (ADDED + 4).to_string();
-        let project = project.to_string_lossy();
-        options.afterlight(&["confidence", &project, "--poses", &count, "--json"])
-    })?;
-    let truth = truth_frames(&folder)?;
-    let free = |frame: &usize| !truth.contains(frame);
-    let missing = json(&named, &text)?;
-    let missing = missing["missing"].as_array().cloned().unwrap_or_default();
-    let chosen: Vec<usize> = (missing.iter().filter_map(Value::as_u64))
-        .map(|frame| frame as usize)
-        .filter(free)
-        .take(ADDED)
-        .collect();
-    let others: Vec<usize> = (0..FRAMES).filter(free).collect();
-    let drawn = (0..DRAWS).map(|draw| {
-        let mut random = ChaCha8Rng::seed_from_u64(seed * DRAWS + draw);
-        let mut like = others.clone();
-        like.shuffle(&mut random);
-        like.truncate(ADDED);
-        like.sort_unstable();
-        reached(options, &folder, seed, &like)
-    });
-    Ok(Added {
-        seed,
-        minutes: options.pose_minutes,
-        before,
-        chosen: reached(options, &folder, seed, &chosen)?,
-        drawn: drawn.collect::<Result<_>>()?,
-    })
+/// One of the shoots.
+struct Shoot<'a> {
+    options: &'a Options,
+    folder: PathBuf,
+    seed: u64,
+    clock: Option<&'a Clock>,
 }
 
-/// A network that had poses like these frames, and what it reached.
-fn reached(options: &Options, folder: &Path, seed: u64, like: &[usize]) -> Result<Reached> {
-    let names: Vec<String> = like.iter().map(usize::to_string).collect();
-    let name = if names.is_empty() {
-        "none".to_owned()
-    } else {
-        names.join("-")
-    };
-    let at = folder.join(format!("like-{name}"));
-    let path = at.join("scores.json");
-    let text = kept(&path, || {
+impl Shoot<'_> {
+    /// What was kept, or what `make` prints, if there is time for it.
+    fn kept(&self, path: &Path, make: impl FnOnce() -> Result<String>) -> Result<Option<Kept>> {
+        match Kept::read(path) {
+            Some(kept) => Ok(Some(kept)),
+            None if self.clock.is_none_or(Clock::is_over) => Ok(None),
+            None => Kept::or(path, self.options.build(), make).map(Some),
+        }
+    }
+
+    /// None if there is no time for all of it.
+    fn measured(&self) -> Result<Option<Added>> {
+        let Some((before, scores)) = self.reached(&[], None)? else {
+            return Ok(None);
+        };
+        let Some(named) = self.named()? else {
+            return Ok(None);
+        };
+        let frames = scores.result["frames"]
+            .as_array()
+            .cloned()
+            .unwrap_or_default();
+        let truth: Vec<usize> = frames.iter().filter_map(as_frame).collect();
+        // With more poses a network makes as many steps, however busy the machine is by then.
+        let steps = scores.result["training_steps"].as_u64().unwrap_or_default();
+        let epochs = Preset::Quick
+            .config()
+            .for_steps(steps, BEFORE + ADDED, FRAMES - truth.len());
+        let epochs = Some(epochs.epochs);
+        let free = |frame: &usize| !truth.contains(frame);
+        let missing = named.result["missing"]
+            .as_array()
+            .cloned()
+            .unwrap_or_default();
+        let missing = missing.iter().filter_map(as_frame);
+        let chosen: Vec<usize> = missing.filter(free).take(ADDED).collect();
+        let mut builds = vec![scores.build, named.build];
+        let others: Vec<usize> = (0..FRAMES).filter(free).collect();
+        let mut found = Vec::new();
+        for draw in 0..=DRAWS {
+            let like = match draw {
+                0 => chosen.clone(),
+                draw => drawn(&others, self.seed * DRAWS + draw - 1),
+            };
+            let Some((reached, kept)) = self.reached(&like, epochs)? else {
+                return Ok(None);
+            };
+            builds.push(kept.build);
+            found.push(reached);
+        }
+        builds.sort_unstable();
+        builds.dedup();
+        Ok(Some(Added {
+            seed: self.seed,
+            minutes: self.options.pose_minutes,
+            before,
+            chosen: found.remove(0),
+            drawn: found,
+            judged: named.result["judged"].clone(),
+            builds,
+        }))
+    }
+
+    /// What `confidence` says of the network with the first poses.
+    fn named(&self) -> Result<Option<Kept>> {
+        self.kept(&self.folder.join("named.json"), || {
+            let at = self.folder.join("like-none");
+            let (project, shoot) = (at.join("project"), at.join("shoot"));
+            let (project, shoot) = (project.to_string_lossy(), shoot.to_string_lossy());
+            // The truth's frames are not taken, so more are asked for.
+            let count = (ADDED + 4).to_string();
+            let errors = (BEFORE as f64 * self.options.pose_minutes).to_string();
+            self.options.afterlight(&[
+                "confidence",
+                &project,
+                "--poses",
+                &count,
+                "--errors",
+                &errors,
+                "--truth",
+                &shoot,
+                "--json",
+            ])
+        })
+    }
+
+    /// A network that had poses like these frames, what it reached and its scores. It is trained for so many epochs, or by the
+    /// clock.
+    fn reached(&self, like: &[usize], epochs: Option<u32>) -> Result<Option<(Reached, Kept)>> {
+        let names: Vec<String> = like.iter().map(usize::to_string).collect();
+        let name = if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join("-")
+        };
+        let at = self.folder.join(format!("like-{name}"));
+        let path = at.join("scores.json");
+        let kept = self.kept(&path, || self.trained(&at, &names, epochs))?;
+        let Some(kept) = kept else {
+            return Ok(None);
+        };
+        let relit = kept.result["relit_psnr_db"].as_object();
+        let relit: Vec<f64> = relit
+            .iter()
+            .flat_map(|all| all.values())
+            .filter_map(Value::as_f64)
+            .collect();
+        let unknown = || Error::bug(format!("{} has no scores", path.display()));
+        let reached = Reached {
+            like: like.to_vec(),
+            olats: kept.result["olat_psnr_db"].as_f64().ok_or_else(unknown)?,
+            relit: relit.iter().sum::<f64>() / relit.len().max(1) as f64,
+        };
+        Ok(Some((reached, kept)))
+    }
+
+    /// Makes a shoot with further poses like these frames, trains a network on it and prints its scores.
+    fn trained(&self, at: &Path, like: &[String], epochs: Option<u32>) -> Result<String> {
+        let options = self.options;
+        if at.exists() {
+            // It was stopped half way.
+            std::fs::remove_dir_all(at)
+                .map_err(|e| Error::io("remove", at, e, "Remove it yourself"))?;
+        }
         let (shoot, project) = (at.join("shoot"), at.join("project"));
         let (shoot, project) = (shoot.to_string_lossy(), project.to_string_lossy());
-        let [size, frames, seed] = [SIZE as u64, FRAMES as u64, seed].map(|n| n.to_string());
-        let (poses, minutes) = (BEFORE.to_string(), options.pose_minutes.to_string());
-        let like = names.join(",");
+        let [size, frames, seed] = [SIZE as u64, FRAMES as u64, self.seed].map(|n| n.to_string());
+        let poses = BEFORE.to_string();
+        let (unit, length) = match epochs {
+            Some(epochs) => ("--epochs", epochs.to_string()),
+            None => ("--minutes", options.pose_minutes.to_string()),
+        };
+        let like = like.join(",");
         let mut stage = vec![
             "stage", &shoot, "--size", &size, "--frames", &frames, "--seed", &seed, "--poses",
             &poses,
         ];
-        if !names.is_empty() {
+        if !like.is_empty() {
             stage.extend(["--like-frames", &like]);
         }
         options.afterlight(&stage)?;
@@ -118,46 +223,24 @@ fn reached(options: &Options, folder: &Path, seed: u64, like: &[usize]) -> Resul
             "train",
             &project,
             "--fresh",
-            "--minutes",
-            &minutes,
+            unit,
+            &length,
             "--exclude-truth",
             &shoot,
         ])?;
         options.afterlight(&["evaluate", &project, "--truth", &shoot, "--json"])
-    })?;
-    let scores = json(&path, &text)?;
-    let relit = scores["relit_psnr_db"].as_object();
-    let relit: Vec<f64> = relit
-        .iter()
-        .flat_map(|all| all.values())
-        .filter_map(Value::as_f64)
-        .collect();
-    let unknown = || Error::bug(format!("{} has no scores", path.display()));
-    Ok(Reached {
-        like: like.to_vec(),
-        olats: scores["olat_psnr_db"].as_f64().ok_or_else(unknown)?,
-        relit: relit.iter().sum::<f64>() / relit.len().max(1) as f64,
-    })
-}
-
-/// Frames whose truth the shoots have.
-fn truth_frames(folder: &Path) -> Result<Vec<usize>> {
-    let path = folder.join("like-none/scores.json");
-    let text = kept(&path, || {
-        Err(Error::bug("a network was measured and is not there"))
-    })?;
-    let scores = json(&path, &text)?;
-    let frames = scores["frames"].as_array().cloned().unwrap_or_default();
-    let frames = frames.iter().filter_map(Value::as_u64);
-    Ok(frames.map(|frame| frame as usize).collect())
-}
-
-/// A file's text, which is made if it is not there.
-pub fn kept(path: &Path, make: impl FnOnce() -> Result<String>) -> Result<String> {
-    if let Ok(text) = files::read_text(path, files::MOST_TEXT) {
-        return Ok(text);
     }
-    let text = make()?;
-    write_beside(path, |out| out.write_all(text.as_bytes()))?;
-    Ok(text)
+}
+
+/// Frames that are drawn at random, in order.
+fn drawn(frames: &[usize], seed: u64) -> Vec<usize> {
+    let mut like = frames.to_vec();
+    like.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+    like.truncate(ADDED);
+    like.sort_unstable();
+    like
+}
+
+fn as_frame(value: &Value) -> Option<usize> {
+    value.as_u64().map(|frame| frame as usize)
 }

@@ -1,33 +1,50 @@
 //! Measures shoots that have a truth, and writes `docs/accuracy.md` with all its tables and plots: `make accuracy`.
 //!
 //! The program itself does it, as a person would: `stage`, `import`, `calibrate`, `tradeoff`, `evaluate`. What was measured
-//! before is not measured again.
+//! before is not measured again. Everything has to fit into a budget by the clock; what is most telling comes first, and the
+//! page says what is missing.
 
+mod about;
+mod added;
+mod bench;
+mod clock;
+mod kept;
+mod methods;
 mod page;
+mod pictures;
 mod plot;
 mod poses;
+mod rungs;
+mod sheet;
+mod shoots;
 mod summary;
 #[cfg(test)]
 mod tests;
 
+use about::About;
+use base::files::{self, write_beside};
 use base::{Error, Result};
 use clap::Parser;
-use page::{Bench, Shoot};
-use poses::kept;
-use project::Project;
+use clock::Clock;
+use page::{Page, Shoot};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use shoots::Source;
+use std::io::Write;
+use std::path::PathBuf;
 use std::process::{Command, ExitCode, Stdio};
-use tradeoff::Ledger;
+use std::sync::OnceLock;
 
 /// Measures shoots with a truth and writes the page. A run that was stopped goes on.
 #[derive(Debug, Parser)]
 struct Options {
-    /// Minutes of training for each shoot, for all networks and seeds together.
+    /// Minutes by the clock for everything. Only the base's networks are trained in any case.
     #[arg(long, default_value_t = 90.0)]
     budget: f64,
-    /// Seeds of each rung.
-    #[arg(long, default_value_t = 3)]
+    /// Minutes of training for the base [default: as before, or a 90th of the budget].
+    #[arg(long)]
+    minutes: Option<f64>,
+    /// Seeds of each rung, and of each method that learns.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=20))]
     seeds: u64,
     /// Working size in pixels.
     #[arg(long, default_value_t = 128)]
@@ -38,13 +55,13 @@ struct Options {
     /// A further shoot with a truth. Can be given several times.
     #[arg(long, value_name = "NAME=DIR")]
     shoot: Vec<String>,
-    /// Measure no further rungs: write the page with those that are there.
+    /// Measure nothing: write the page with what is there.
     #[arg(long)]
     no_ladder: bool,
     /// Minutes of training for each of 15 networks that say what chosen poses are worth; 0 for none.
-    #[arg(long, default_value_t = 2.0)]
+    #[arg(long, default_value_t = 0.5)]
     pose_minutes: f64,
-    /// Do not run the benches of passes, sums and plates.
+    /// Do not run the benches of passes and sums.
     #[arg(long)]
     no_benches: bool,
     /// The program that measures.
@@ -56,21 +73,14 @@ struct Options {
     /// The page to write; its plots go into a folder of its name.
     #[arg(long, default_value = "docs/accuracy.md")]
     page: PathBuf,
+    #[arg(skip)]
+    build: OnceLock<String>,
 }
 
-/// The methods that the network is compared with, as `evaluate --with` names them.
-const METHODS: [&str; 6] = [
-    "nearest",
-    "ratio",
-    "harmonics",
-    "texler",
-    "sun",
-    "truth-olats",
-];
 /// The weights of LPIPS among the shared data.
 const LPIPS: &str = "weights/squeezenet1_1_lpips_v0_1.safetensors";
-/// The benches whose tables are in the page, and what is given to them.
-const BENCHES: [(&str, &[&str]); 2] = [("passes", &["--software"]), ("relight", &[])];
+/// The share of the time that is left for poses and the errors that are expected, before the ladders go on.
+const POSES_SHARE: f64 = 0.3;
 
 fn main() -> ExitCode {
     match run(&Options::parse()) {
@@ -83,138 +93,149 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Options) -> Result<()> {
-    let mut shoots = Vec::new();
-    for (name, folder) in options.shoots()? {
-        match options.measured(&name, &folder)? {
-            Some(shoot) => shoots.push(shoot),
-            None => println!("{name} is left out: nothing was measured on it"),
-        }
+    let clock = Clock::start(options.budget);
+    let sources = shoots::sources(options)?;
+    if !options.no_ladder {
+        measure(options, &sources, &clock)?;
+        options.note(&clock)?;
     }
-    let mut benches = Vec::new();
-    if !options.no_benches {
-        for (name, extra) in BENCHES {
-            benches.push(options.bench(name, extra)?);
-        }
-    }
-    let added = if options.pose_minutes > 0.0 {
-        poses::measured(options)?
-    } else {
-        Vec::new()
-    };
-    page::write(&options.page, &shoots, &added, &benches)?;
+    let page = options.page(&sources)?;
+    page.write(&options.page)?;
     println!("{} is written", options.page.display());
     Ok(())
 }
 
+/// Measures in the order in which a page that is cut short tells most: the base with every seed, the methods and their pictures,
+/// the benches, the methods' other seeds, the poses, the ladders, and the methods with as much time as the longest network.
+fn measure(options: &Options, sources: &[Source], clock: &Clock) -> Result<()> {
+    for source in sources {
+        source.climb(options, 0.0)?;
+    }
+    for source in sources {
+        methods::measure(options, source, clock, (0, false))?;
+        pictured(options, source, clock)?;
+    }
+    if !options.no_benches {
+        bench::measure(options, clock)?;
+    }
+    for seed in 1..options.seeds {
+        for source in sources {
+            methods::measure(options, source, clock, (seed, false))?;
+        }
+    }
+    if options.pose_minutes > 0.0 {
+        poses::measured(options, Some(&Clock::start(POSES_SHARE * clock.left())))?;
+    }
+    shoots::climb_all(options, sources, clock)?;
+    for source in sources {
+        methods::measure(options, source, clock, (0, true))?;
+        pictured(options, source, clock)?;
+    }
+    // What was left of the poses' share.
+    if options.pose_minutes > 0.0 {
+        poses::measured(options, Some(clock))?;
+    }
+    Ok(())
+}
+
+/// Makes the pictures of the base's network and of the one that was trained for longest.
+fn pictured(options: &Options, source: &Source, clock: &Clock) -> Result<()> {
+    if let Some((base, most)) = source.ladder()?.as_ref().and_then(shoots::minutes) {
+        methods::network(options, source, base, Some(clock))?;
+        methods::network(options, source, most, Some(clock))?;
+    }
+    Ok(())
+}
+
 impl Options {
-    /// Names and folders of the shoots; the virtual stage's is made if it is not there.
-    fn shoots(&self) -> Result<Vec<(String, PathBuf)>> {
-        let stage = self.work.join("stage");
-        if !stage.join("manifest.json").exists() {
-            let size = self.size.to_string();
-            let folder = stage.to_string_lossy();
-            self.afterlight(&["stage", &folder, "--size", &size, "--frames", "24"])?;
+    /// What the page is made of.
+    fn page(&self, sources: &[Source]) -> Result<Page> {
+        let mut left_out = Vec::new();
+        let mut shoots = Vec::new();
+        for source in sources {
+            let Some(ladder) = source.ladder()?.filter(|ladder| !ladder.rungs.is_empty()) else {
+                left_out.push(source.name.clone());
+                continue;
+            };
+            let methods = methods::all(self, source, &ladder);
+            let mut networks = Vec::new();
+            if let Some((base, most)) = shoots::minutes(&ladder) {
+                let mut lengths = vec![base, most];
+                lengths.dedup();
+                for minutes in lengths {
+                    networks.extend(methods::network(self, source, minutes, None)?);
+                }
+            }
+            for method in methods::METHODS {
+                if methods.iter().all(|of| of.method != method) {
+                    left_out.push(format!("{} on the {}", page::words(method), source.name));
+                }
+            }
+            shoots.push(Shoot {
+                name: source.name.clone(),
+                size: self.size,
+                ladder,
+                methods,
+                networks,
+            });
         }
-        let mut shoots = vec![("virtual stage".to_owned(), stage)];
-        let scan = self.shared.join("stage");
-        if scan.join("manifest.json").exists() {
-            shoots.push(("head scan".to_owned(), scan));
-        } else {
-            println!("{} is left out: it is not there", scan.display());
+        let benches = bench::all(self);
+        for (name, title) in [
+            ("passes", "what each pass costs"),
+            ("relight", "the sum of lamps"),
+        ] {
+            if benches.iter().all(|bench| bench.name != name) {
+                left_out.push(title.to_owned());
+            }
         }
-        for named in &self.shoot {
-            let (name, folder) = named.split_once('=').ok_or_else(|| {
-                Error::invalid(
-                    format!("{named:?} names no shoot"),
-                    "Write it as NAME=DIR, such as portrait=shoots/portrait",
-                )
-            })?;
-            shoots.push((name.to_owned(), PathBuf::from(folder)));
+        let added = poses::measured(self, None)?;
+        if added.len() < poses::SEEDS.len() {
+            left_out.push(format!(
+                "{} of {} shoots of the poses",
+                poses::SEEDS.len() - added.len(),
+                poses::SEEDS.len()
+            ));
         }
-        Ok(shoots)
-    }
-
-    /// A shoot's ladder and the methods beside it; None if there is no ladder and none was asked for.
-    fn measured(&self, name: &str, shoot: &Path) -> Result<Option<Shoot>> {
-        let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
-        let folder = self.work.join(name.chars().map(plain).collect::<String>());
-        let root = folder.join("project");
-        if self.no_ladder && !root.join("tradeoff/ladder.json").exists() {
-            return Ok(None);
-        }
-        let (to, from) = (root.to_string_lossy(), shoot.to_string_lossy());
-        if !root.join("project.toml").exists() {
-            let size = self.size.to_string();
-            self.afterlight(&["import", &to, "--shoot", &from, "--size", &size])?;
-        }
-        if !root.join("calibration.toml").exists() {
-            self.afterlight(&["calibrate", &to])?;
-        }
-        let (budget, seeds) = (self.budget.to_string(), self.seeds.to_string());
-        let lpips = self.shared.join(LPIPS);
-        let lpips_file = lpips.to_string_lossy();
-        let mut ladder = vec![
-            "tradeoff", &to, "--truth", &from, "--budget", &budget, "--seeds", &seeds,
-        ];
-        if lpips.exists() {
-            ladder.extend(["--lpips", &lpips_file]);
-        }
-        if !self.no_ladder {
-            self.afterlight(&ladder)?;
-        }
-        let ladder = Ledger::load(&Project::open(&root)?)?
-            .ok_or_else(|| Error::bug("a ladder was measured and is not there"))?;
-        // What learns has the time of the network that had most.
-        let minutes = ladder.rungs.iter().map(|measured| measured.rung.minutes);
-        let minutes = minutes.fold(0.0, f64::max).to_string();
-        let mut methods = Vec::new();
-        for method in METHODS {
-            let path = folder.join(format!("{method}.json"));
-            let text = kept(&path, || {
-                self.afterlight(&[
-                    "evaluate",
-                    &to,
-                    "--truth",
-                    &from,
-                    "--with",
-                    method,
-                    "--minutes",
-                    &minutes,
-                    "--json",
-                ])
-            })?;
-            methods.push((method, json(&path, &text)?));
-        }
-        Ok(Some(Shoot {
-            name: name.to_owned(),
-            size: self.size,
-            ladder,
-            methods,
-        }))
-    }
-
-    /// The tables that a bench prints, one line each.
-    fn bench(&self, name: &'static str, extra: &[&str]) -> Result<Bench> {
-        let path = self.work.join(format!("bench-{name}.txt"));
-        let text = kept(&path, || {
-            let mut command = Command::new("cargo");
-            command.args([
-                "bench",
-                "--locked",
-                "--profile",
-                "dev",
-                "--bench",
-                name,
-                "--",
-            ]);
-            command.args(extra);
-            printed(&mut command)
-        })?;
-        let rows = text.lines().filter(|line| line.starts_with('|'));
-        Ok(Bench {
-            name,
-            rows: rows.map(str::to_owned).collect(),
+        Ok(Page {
+            shoots,
+            added,
+            benches,
+            about: About {
+                runs: self.runs(),
+                build: self.build().to_owned(),
+                seeds: self.seeds,
+                left_out,
+            },
         })
+    }
+
+    /// Which build of the program measures.
+    fn build(&self) -> &str {
+        let named = || evaluation::build_of(&self.program);
+        self.build
+            .get_or_init(|| named().unwrap_or_else(|_| "unknown".to_owned()))
+    }
+
+    /// Records of the runs that measured.
+    fn runs(&self) -> Vec<Value> {
+        let text = files::read_text(&self.work.join("runs.json"), files::MOST_TEXT);
+        let runs = text.ok().and_then(|text| serde_json::from_str(&text).ok());
+        runs.unwrap_or_default()
+    }
+
+    /// Keeps a record of this run.
+    fn note(&self, clock: &Clock) -> Result<()> {
+        let mut runs = self.runs();
+        runs.push(clock.record(self.build()));
+        let text = Value::from(runs).to_string();
+        write_beside(&self.work.join("runs.json"), |out| {
+            out.write_all(text.as_bytes())
+        })
+    }
+
+    /// The weights of LPIPS, which may be missing.
+    fn lpips(&self) -> PathBuf {
+        self.shared.join(LPIPS)
     }
 
     /// What the program prints.
@@ -222,6 +243,12 @@ impl Options {
         println!("afterlight {}", arguments.join(" "));
         printed(Command::new(&self.program).args(arguments))
     }
+}
+
+/// A name as that of a file.
+fn plain(name: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+    name.chars().map(plain).collect()
 }
 
 /// What a command prints; its errors are shown.
@@ -240,15 +267,4 @@ fn printed(command: &mut Command) -> Result<String> {
         ));
     }
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-}
-
-fn json(path: &Path, text: &str) -> Result<Value> {
-    serde_json::from_str(text).map_err(|e| {
-        Error::codec(
-            "read",
-            path,
-            e.to_string(),
-            "Remove it, and it is measured again",
-        )
-    })
 }

@@ -1,11 +1,17 @@
-//! The page of a ladder that was measured elsewhere: figures are means over seeds, and every rung has its line.
+//! The page of a ladder that was measured elsewhere: figures are means over seeds, every rung has its line, and what is
+//! missing is said.
 
-use crate::page::{Bench, Shoot, write};
+use crate::about::About;
+use crate::bench::Bench;
+use crate::kept::Kept;
+use crate::methods::Scored;
+use crate::page::{Page, Shoot, builds};
 use crate::poses::{Added, Reached};
 use crate::summary::{Figure, steps};
 use base::Result;
 use base::progress::Progress;
 use footage::{ImportSettings, import};
+use serde_json::{Value, json};
 use std::path::Path;
 use tradeoff::{Knob, Ledger, TradeoffSettings, tradeoff};
 
@@ -18,28 +24,54 @@ fn a_figure_says_its_range_where_seeds_differ() {
 }
 
 #[test]
+fn figures_of_several_builds_are_never_mixed_without_a_word() {
+    assert_eq!(builds(["a", "a"].into_iter()), "Build a.");
+    let mixed = builds(["b", "a", "a", ""].into_iter());
+    assert_eq!(
+        mixed,
+        "**Builds differ, and so may what they measure: older versions (1 figures), a (2 figures), b (1 figures).**"
+    );
+}
+
+fn kept(result: Value) -> Kept {
+    Kept {
+        build: "0badcafe".to_owned(),
+        result,
+    }
+}
+
+#[test]
 fn every_rung_of_a_ladder_has_its_line_and_its_point() -> Result<()> {
     let folder = tempfile::tempdir().unwrap();
     let ladder = ladder(folder.path())?;
-    let scores = |seconds: Option<f64>| {
-        serde_json::json!({
+    let scored = |method: &'static str, learnt: Option<(u64, f64)>| Scored {
+        method,
+        learnt,
+        kept: kept(json!({
             "frames": [1], "relit_psnr_db": {"nave": 20.0}, "olat_psnr_db": null, "frame_ms": 1.5,
-            "training_seconds": seconds, "training_steps": seconds.map(|_| 250),
-        })
+            "training_seconds": 90.0, "training_steps": learnt.map(|(seed, _)| 250 + seed),
+        })),
+        pictures: folder.path().join(method),
     };
-    let methods = vec![("ratio", scores(None)), ("sun", scores(Some(90.0)))];
+    let methods = vec![
+        scored("ratio", None),
+        scored("sun", Some((1, 1.5))),
+        scored("sun", Some((2, 1.5))),
+        scored("sun", Some((1, 6.0))),
+    ];
     let shoot = Shoot {
         name: "small stage".to_owned(),
         size: 16,
         ladder,
         methods,
+        networks: Vec::new(),
     };
     let found = steps(&shoot.ladder);
     assert!(found.iter().all(|step| step.seeds.len() == 2));
     assert!(found.iter().any(|step| step.on_front));
     let bench = Bench {
         name: "relight",
-        rows: vec!["| size | what |".to_owned(), "|---|---|".to_owned()],
+        kept: kept(json!({"machine": {}, "threads": 2, "rows": []})),
     };
     let page = folder.path().join("accuracy.md");
     let reached = |olats: f64| Reached {
@@ -47,29 +79,56 @@ fn every_rung_of_a_ladder_has_its_line_and_its_point() -> Result<()> {
         olats,
         relit: 20.0,
     };
+    let quarter = |within: f64| json!({"said": [0.01, 0.02], "within": [within, 0.9], "cells": 5});
     let added = Added {
         seed: 7,
         minutes: 2.0,
         before: reached(20.0),
         chosen: reached(22.0),
         drawn: vec![reached(21.0), reached(20.0)],
+        judged: json!({"frames": 4, "cells_within": [0.81, 0.93], "frames_within": 0.75, "better_by_db": 0.4,
+            "quarters": [quarter(0.7), quarter(0.8), quarter(0.85), quarter(0.9)]}),
+        builds: vec!["0badcafe".to_owned()],
     };
-    write(&page, &[shoot], &[added], &[bench])?;
+    let written = Page {
+        shoots: vec![shoot],
+        added: vec![added],
+        benches: vec![bench],
+        about: About {
+            runs: vec![
+                json!({"minutes": 30.0, "others": 0.1}),
+                json!({"minutes": 10.0, "others": 0.42}),
+            ],
+            build: "feedbeef".to_owned(),
+            seeds: 3,
+            left_out: vec!["what each pass costs".to_owned()],
+        },
+    };
+    written.write(&page)?;
     let text = std::fs::read_to_string(&page).unwrap();
     for expected in [
         "## small stage",
         "| ratio image |",
         "| portrait relighting (Sun 2019) |",
-        "| 1.5 min, 250 steps |",
+        "| 1.5 min, 252 (251 to 252) steps |",
+        "| 6.0 min, 251 steps |",
         "| base |",
         "| field=f32 |",
         "(accuracy/small-stage.svg)",
         "## The sum of lamps",
         "| +1.50 / +0.00 |",
         "worth +1.50 dB more",
+        // What is missing is said.
+        "2 runs of 40 minutes together measured what is here. Other work took 10 to 42 % of the processor's time meanwhile.",
+        "**Builds differ",
+        "No rung has 3 seeds yet; base (2),",
+        "the same number of steps.",
+        "Not measured yet, and so not here: what each pass costs.",
+        "| seed 7 | 4 | 81 % | 93 % | 75 % | +0.4 | 70 % ≤ 2.0 % | 80 % ≤ 2.0 % |",
     ] {
         assert!(text.contains(expected), "{expected} is not in\n{text}");
     }
+    assert!(!text.contains("<!--"), "{text}");
     // Each line of a table has as many cells as its head.
     let mut cells = None;
     for line in text.lines() {

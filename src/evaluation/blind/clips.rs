@@ -1,6 +1,7 @@
 //! The clips of a page: a stretch of the interview under single lamps, by each method, and the reference images.
 
-use super::super::accuracy::{Method, at_plate};
+use super::super::accuracy::Method;
+use super::super::comparison::at_plate;
 use super::super::display::{display_gain, display_picture};
 use super::super::evaluate::learning_minutes;
 use super::super::exemplars::Nearest;

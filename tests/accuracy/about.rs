@@ -1,0 +1,158 @@
+//! Words about the run, made from what was measured and what was not.
+
+use crate::page::{Page, builds, of_shoot};
+use crate::summary::{Step, steps};
+use serde_json::Value;
+use std::fmt::Write as _;
+use tradeoff::Ledger;
+
+/// Steps of networks that should have made the same may differ by this factor without a word: epochs are whole.
+const SAME: f64 = 1.03;
+
+/// What is known of the runs that measured.
+pub struct About {
+    /// A record of each run, as [`crate::Clock::record`] makes it.
+    pub runs: Vec<Value>,
+    /// The build that writes the page.
+    pub build: String,
+    /// Seeds that were asked for.
+    pub seeds: u64,
+    /// Sections that are not there because nothing was measured with this build.
+    pub left_out: Vec<String>,
+}
+
+/// The section.
+pub fn section(page: &Page) -> String {
+    let about = &page.about;
+    let mut text = "## About this run\n\n".to_owned();
+    text += &runs(&about.runs);
+    let of_added = page
+        .added
+        .iter()
+        .flat_map(|one| &one.builds)
+        .map(String::as_str);
+    let of_benches = page.benches.iter().map(|bench| bench.kept.build.as_str());
+    let all = page
+        .shoots
+        .iter()
+        .flat_map(of_shoot)
+        .chain(of_added)
+        .chain(of_benches);
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        text,
+        " {} This page was written by build {}.\n",
+        builds(all),
+        about.build
+    );
+    for shoot in &page.shoots {
+        let _ = writeln!(
+            text,
+            "- **{}**: {} {}",
+            shoot.name,
+            left(&shoot.ladder, about.seeds),
+            trained(&shoot.ladder)
+        );
+    }
+    if !about.left_out.is_empty() {
+        let _ = writeln!(
+            text,
+            "- Not measured yet, and so not here: {}. The next `make accuracy` goes on.",
+            about.left_out.join("; ")
+        );
+    }
+    text + "\n"
+}
+
+/// How long was measured, and what else the machine did.
+fn runs(runs: &[Value]) -> String {
+    let minutes: f64 = runs.iter().filter_map(|run| run["minutes"].as_f64()).sum();
+    let mut text = match runs.len() {
+        1 => format!("One run of {minutes:.0} minutes measured what is here."),
+        count => format!("{count} runs of {minutes:.0} minutes together measured what is here."),
+    };
+    let others: Vec<f64> = runs
+        .iter()
+        .filter_map(|run| run["others"].as_f64())
+        .collect();
+    let least = others.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = others.iter().copied().fold(0.0, f64::max);
+    if !others.is_empty() {
+        let percent = |share: f64| format!("{:.0}", 100.0 * share);
+        let range = match (percent(least), percent(most)) {
+            (least, most) if least == most => most,
+            (least, most) => format!("{least} to {most}"),
+        };
+        let _ = write!(
+            text,
+            " Other work took {range} % of the processor's time meanwhile."
+        );
+    }
+    text
+}
+
+/// Which rungs have how many seeds.
+fn left(ladder: &Ledger, seeds: u64) -> String {
+    let steps = steps(ladder);
+    let count = |step: &Step| step.seeds.len() as u64;
+    let fewer: Vec<&Step> = steps.iter().filter(|step| count(step) < seeds).collect();
+    let mut text = match ladder.left() {
+        0 => "everything that was planned is measured.".to_owned(),
+        left => format!(
+            "{left} of {} planned measurements are not made yet.",
+            ladder.planned
+        ),
+    };
+    if fewer.is_empty() {
+        let _ = write!(text, " Every rung has {seeds} seeds.");
+        return text;
+    }
+    let whole: Vec<&str> = (steps.iter())
+        .filter(|step| count(step) >= seeds)
+        .map(|step| step.name)
+        .collect();
+    let _ = match whole.len() {
+        0 => write!(text, " No rung has {seeds} seeds yet;"),
+        _ => write!(text, " {seeds} seeds have {}; fewer have", whole.join(", ")),
+    };
+    let fewer = fewer
+        .iter()
+        .map(|step| format!(" {} ({})", step.name, count(step)));
+    text + &fewer.collect::<Vec<_>>().join(",") + "."
+}
+
+/// How evenly networks were trained.
+fn trained(ladder: &Ledger) -> String {
+    let unevenness = unevenness(ladder);
+    let by_steps = match ladder.base_step_ms {
+        Some(ms) => format!(
+            "Networks were trained by steps, so that other work costs them none: a step of the base takes {ms:.1} ms if nothing \
+             slows it down."
+        ),
+        None => {
+            "Networks were trained by the clock, so that other work cost them steps.".to_owned()
+        }
+    };
+    match unevenness {
+        Some(times) if times > SAME => format!(
+            "{by_steps} Networks of the same kind and minutes made up to {times:.1} times as many steps as others: what differs \
+             by little is not told apart."
+        ),
+        Some(_) => format!(
+            "{by_steps} Networks of the same kind and minutes made the same number of steps."
+        ),
+        None => by_steps,
+    }
+}
+
+/// The most over the least steps of networks of one rung with different seeds; None without two seeds.
+fn unevenness(ladder: &Ledger) -> Option<f64> {
+    let several = steps(ladder)
+        .into_iter()
+        .filter(|step| step.seeds.len() > 1);
+    let ratios = several.filter_map(|step| {
+        let steps = step.figure(|measured| Some(measured.steps as f64))?;
+        Some(steps.high / steps.low.max(1.0))
+    });
+    ratios.reduce(f64::max)
+}

@@ -1,0 +1,106 @@
+//! The sections about `confidence`: what the poses that it names are worth, and whether the errors that it expects hold.
+
+use crate::page::builds;
+use crate::poses::{Added, Reached};
+use serde_json::Value;
+use std::fmt::Write as _;
+
+const POSES: &str = "Shoots of the virtual stage at 64 × 64 with three poses and 48 frames. `confidence` names frames that are least like the
+poses; two of them are photographed as further poses, and beside that two frames drawn at random, three times. Cells are
+the PSNR of the OLATs and the mean of the relit frames', in decibels, on the frames of the truth, which are neither named nor
+drawn; in brackets are the frames.
+";
+const ERRORS: &str = "The same three shoots: `confidence --errors` trains a network without each of the three poses and says of each part of a
+frame, 1/16 of the picture wide, within which error it is: usually, and with a chance of 3 in 4. 80 % of the parts are asked
+for. Cells count, on the frames of the truth, how many parts are within what was said of them. The last columns are of the
+parts in four groups of as many, by the error that was said of them: how many are within what is usual.
+";
+
+/// What poses are worth that `confidence` names, beside others.
+pub fn section(added: &[Added]) -> String {
+    let Some(first) = added.first() else {
+        return String::new();
+    };
+    let builds = builds(added.iter().flat_map(|one| &one.builds).map(String::as_str));
+    let mut text = format!(
+        "\n## Which poses to photograph next\n\n{POSES}\nEach network is trained with one seed: the one with three poses for {} minutes, all others for as many steps. {builds}\n\n\
+         | shoot | three poses | named by `confidence` | drawn at random | named less drawn |\n|---|---:|---:|---:|---:|\n",
+        first.minutes
+    );
+    let db = |reached: &Reached| format!("{:.2} / {:.2}", reached.olats, reached.relit);
+    let like = |reached: &Reached| {
+        let frames: Vec<String> = reached.like.iter().map(usize::to_string).collect();
+        format!("{} ({})", db(reached), frames.join(", "))
+    };
+    let mean = |all: &[Reached], of: fn(&Reached) -> f64| {
+        all.iter().map(of).sum::<f64>() / all.len().max(1) as f64
+    };
+    let more = |one: &Added, of: fn(&Reached) -> f64| of(&one.chosen) - mean(&one.drawn, of);
+    for one in added {
+        let drawn: Vec<String> = one.drawn.iter().map(like).collect();
+        let _ = writeln!(
+            text,
+            "| seed {} | {} | {} | {} | {:+.2} / {:+.2} |",
+            one.seed,
+            db(&one.before),
+            like(&one.chosen),
+            drawn.join("<br>"),
+            more(one, |r| r.olats),
+            more(one, |r| r.relit)
+        );
+    }
+    let over = |of: fn(&Reached) -> f64| {
+        added.iter().map(|one| more(one, of)).sum::<f64>() / added.len() as f64
+    };
+    let _ = writeln!(
+        text,
+        "\nOn average the named poses are worth {:+.2} dB more than drawn ones in OLATs and {:+.2} dB in relit frames.",
+        over(|r| r.olats),
+        over(|r| r.relit)
+    );
+    text
+}
+
+/// Whether what was said of errors holds; empty if nobody was asked.
+pub fn errors(added: &[Added]) -> String {
+    let judged: Vec<(&Added, &Value)> = (added.iter())
+        .map(|one| (one, &one.judged))
+        .filter(|(_, judged)| !judged.is_null())
+        .collect();
+    if judged.is_empty() {
+        return String::new();
+    }
+    let mut text = format!(
+        "\n## Whether the expected errors hold\n\n{ERRORS}\n| shoot | frames | usual | 3 in 4 | frames that hold 3 in 4 | better than \
+         expected, dB | least said | | | most said |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n"
+    );
+    let percent = |value: &Value| {
+        let share = value.as_f64();
+        share.map_or("–".to_owned(), |share| format!("{:.0} %", 100.0 * share))
+    };
+    for (one, judged) in judged {
+        let _ = write!(
+            text,
+            "| seed {} | {} | {} | {} | {} | {} |",
+            one.seed,
+            judged["frames"],
+            percent(&judged["cells_within"][0]),
+            percent(&judged["cells_within"][1]),
+            percent(&judged["frames_within"]),
+            judged["better_by_db"]
+                .as_f64()
+                .map_or("–".to_owned(), |db| format!("{db:+.1}")),
+        );
+        for quarter in judged["quarters"].as_array().into_iter().flatten() {
+            let most = quarter["said"][1].as_f64().unwrap_or(f64::NAN);
+            let _ = write!(
+                text,
+                " {} ≤ {:.1} % |",
+                percent(&quarter["within"][0]),
+                100.0 * most
+            );
+        }
+        text += "\n";
+    }
+    text
+}

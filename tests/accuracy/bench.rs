@@ -1,0 +1,239 @@
+//! The benches whose tables are on the page. They are measured again with every build and on every machine.
+
+use crate::kept::Kept;
+use crate::{Clock, Options, printed};
+use base::Result;
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::process::Command;
+
+/// Their names, and what is given to them.
+const BENCHES: [(&str, &[&str]); 2] = [("passes", &["--software"]), ("relight", &[])];
+
+const PASSES: &str = "## What each pass costs
+
+Each pass is timed in whole pictures with every effect, including the measurement that decides whether it runs: by wall clock
+on the CPU, by timestamps on a GPU. The limit is the time in which the same device, in the same run, copies the bytes that the
+pass must read and write at least once: its field, its pictures and its matte. A column for a software GPU shows that the
+passes run there, not how fast a GPU is; [device.md](device.md) has those.
+";
+const RELIGHT: &str = "## The sum of lamps
+
+The sum alone, beside NumPy and PyTorch on the same data where they are there (`-lamps`: lamp by lamp). The limit reads the
+field once.
+";
+
+/// A bench and what it printed.
+pub struct Bench {
+    pub name: &'static str,
+    pub kept: Kept,
+}
+
+/// Runs the benches that were not run with this build. None is begun when the time is over.
+///
+/// # Errors
+/// When one fails.
+pub fn measure(options: &Options, clock: &Clock) -> Result<()> {
+    for (name, extra) in BENCHES {
+        let path = options.work.join(format!("bench-{name}.json"));
+        let is_current = Kept::read(&path).is_some_and(|kept| kept.build == options.build());
+        if is_current || clock.is_over() {
+            continue;
+        }
+        let mut command = Command::new("cargo");
+        command.args([
+            "bench",
+            "--locked",
+            "--profile",
+            "dev",
+            "--bench",
+            name,
+            "--",
+            "--json",
+        ]);
+        command.args(extra);
+        println!("bench {name}");
+        let text = printed(&mut command)?;
+        // What an older build printed is replaced.
+        let _ = std::fs::remove_file(&path);
+        Kept::or(&path, options.build(), || Ok(text))?;
+    }
+    Ok(())
+}
+
+/// What the benches printed, as far as this build ran them on this machine: figures of other code are not shown.
+pub fn all(options: &Options) -> Vec<Bench> {
+    let machine = serde_json::to_value(base::machine::Machine::this()).unwrap_or_default();
+    let kept = BENCHES.iter().filter_map(|(name, _)| {
+        let kept = Kept::read(&options.work.join(format!("bench-{name}.json")))?;
+        let is_current = kept.build == options.build() && kept.result["machine"] == machine;
+        is_current.then_some(Bench { name, kept })
+    });
+    kept.collect()
+}
+
+impl Bench {
+    /// Its section of the page.
+    pub fn section(&self) -> String {
+        let result = &self.kept.result;
+        let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+        let machine = &result["machine"];
+        let mut section = match self.name {
+            "passes" => PASSES,
+            _ => RELIGHT,
+        }
+        .to_owned();
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            section,
+            "\nThe bench `{}` measured it on: {}, {} threads, {}, Afterlight {}, build {}{}.\n",
+            self.name,
+            text(&machine["processor"]),
+            result["threads"],
+            text(&machine["system"]),
+            text(&machine["version"]),
+            self.kept.build,
+            result["device"]
+                .as_str()
+                .map_or(String::new(), |device| format!("; {device}")),
+        );
+        section += &match self.name {
+            "passes" => passes(result),
+            _ => sums(result),
+        };
+        section
+    }
+}
+
+fn number(value: &Value, digits: usize) -> String {
+    value
+        .as_f64()
+        .map_or("–".to_owned(), |value| format!("{value:.digits$}"))
+}
+
+fn sums(result: &Value) -> String {
+    let mut table =
+        "| size | what | ms | GB/s | times the limit |\n|---:|---|---:|---:|---:|\n".to_owned();
+    for row in result["rows"].as_array().into_iter().flatten() {
+        let _ = writeln!(
+            table,
+            "| {} | {} | {} | {} | {} |",
+            row["size"],
+            row["what"].as_str().unwrap_or_default(),
+            number(&row["ms"], 2),
+            number(&row["gigabytes_per_second"], 1),
+            number(&row["times_the_limit"], 2)
+        );
+    }
+    table
+}
+
+fn passes(result: &Value) -> String {
+    let mut table = "| size | pass | CPU, ms | limit, ms | times | GPU, ms | limit, ms | times |\n\
+                     |---:|---|---:|---:|---:|---:|---:|---:|\n"
+        .to_owned();
+    for size in result["sizes"].as_array().into_iter().flatten() {
+        let (pixels, cpu, gpu) = (&size["size"], &size["cpu"], &size["gpu"]);
+        let speed = |table: &Value| {
+            let bytes = table["copied_per_second"].as_f64();
+            bytes.map_or("–".to_owned(), |bytes| format!("{:.1}", bytes / 1e9))
+        };
+        let _ = writeln!(
+            table,
+            "| {pixels} | copying, GB/s | {} | | | {} | | |",
+            speed(cpu),
+            speed(gpu)
+        );
+        let of = |table: &'_ Value| -> Vec<Value> {
+            table["passes"].as_array().cloned().unwrap_or_default()
+        };
+        let (on_cpu, on_gpu) = (of(cpu), of(gpu));
+        let named = |all: &[Value], name: &Value| {
+            all.iter()
+                .find(|pass| pass["name"] == *name)
+                .cloned()
+                .unwrap_or_default()
+        };
+        let alone = on_gpu
+            .iter()
+            .filter(|pass| named(&on_cpu, &pass["name"]).is_null());
+        for pass in on_cpu.iter().chain(alone) {
+            let name = &pass["name"];
+            let _ = writeln!(
+                table,
+                "| {pixels} | {} | {} | {} |",
+                name.as_str().unwrap_or_default(),
+                cells(&named(&on_cpu, name)),
+                cells(&named(&on_gpu, name))
+            );
+        }
+    }
+    table
+}
+
+/// Time, limit and their ratio.
+fn cells(pass: &Value) -> String {
+    let (ms, limit) = (&pass["times"]["median_ms"], &pass["copy_ms"]);
+    let times = ms
+        .as_f64()
+        .zip(limit.as_f64())
+        .map(|(ms, limit)| ms / limit);
+    let times = times.map_or("–".to_owned(), |times| format!("{times:.2}"));
+    format!("{} | {} | {times}", number(ms, 2), number(limit, 2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_section_names_its_machine_and_has_every_row() {
+        let machine =
+            json!({"processor": "A, B", "threads": 2, "system": "linux", "version": "9.9"});
+        let kept = |result| Kept {
+            build: "0badcafe".to_owned(),
+            result,
+        };
+        let times = |ms: f64| json!({"median_ms": ms, "low_ms": ms, "high_ms": ms, "runs": 1});
+        let passes = Bench {
+            name: "passes",
+            kept: kept(
+                json!({"machine": machine, "threads": 2, "device": "no GPU", "sizes": [{
+                    "size": 512,
+                    "cpu": {"copied_per_second": 5e10, "passes": [
+                        {"name": "glare", "times": times(2.0), "copy_ms": 0.5},
+                        {"name": "sum, f32", "times": times(3.0), "copy_ms": null},
+                    ]},
+                    "gpu": {"copied_per_second": 1e10, "passes": [
+                        {"name": "glare", "times": times(1.0), "copy_ms": 1.0},
+                        {"name": "relight, f16", "times": null, "copy_ms": 1.0},
+                    ]},
+                }]}),
+            ),
+        };
+        let section = passes.section();
+        for expected in [
+            "A, B, 2 threads, linux, Afterlight 9.9, build 0badcafe; no GPU.",
+            "| 512 | copying, GB/s | 50.0 | | | 10.0 | | |",
+            "| 512 | glare | 2.00 | 0.50 | 4.00 | 1.00 | 1.00 | 1.00 |",
+            "| 512 | sum, f32 | 3.00 | – | – | – | – | – |",
+            "| 512 | relight, f16 | – | – | – | – | 1.00 | – |",
+        ] {
+            assert!(
+                section.contains(expected),
+                "{expected} is not in\n{section}"
+            );
+        }
+        let sums = Bench {
+            name: "relight",
+            kept: kept(json!({"machine": machine, "threads": 2, "rows": [
+                {"size": 512, "what": "f32", "ms": 3.5, "gigabytes_per_second": 36.52, "times_the_limit": 1.04},
+            ]})),
+        };
+        assert!(
+            sums.section()
+                .contains("| 512 | f32 | 3.50 | 36.5 | 1.04 |")
+        );
+    }
+}

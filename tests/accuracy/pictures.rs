@@ -1,0 +1,275 @@
+//! The page that shows which method wins where: a sheet and the error in each region of the subject.
+
+use crate::methods::{LIMIT, Scored};
+use crate::page::{self, Shoot};
+use crate::sheet;
+use base::Result;
+use base::files::write_beside;
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+/// The page's name in the folder of plots and tables.
+pub const NAME: &str = "pictures.md";
+
+const HEAD: &str = "# Which method wins where
+
+This page shows the network beside the truth and the other methods of [accuracy.md](../accuracy.md), on the same frames, in the
+same light. `make accuracy` writes it, its pictures and its sentences from what it measured.
+
+Pictures are as they are compared: the measure's exposure and codes, over black. In each light there are the frames in which
+the network is nearest to the truth and farthest from it. Under each picture is its difference from the truth, four times, about
+grey. The best picture of a row is framed; the rig's limit (true OLATs) does not take part.
+
+Tables have the PSNR in each region of the subject, in decibels, over all frames of the truth, and in brackets the region's share
+of the subject. *Edge* is the subject's outermost 1/64 of the picture. *Highlights* are what is brighter than half of white at
+the measure's exposure, *shadow* what is a tenth as bright or less, *lit* the rest. The regions cover the subject, and none
+overlaps another. The best is bold.
+";
+
+/// What of the limit can be gained is only said beyond this, in decibels.
+const TELLING: f64 = 0.05;
+
+/// Writes the page and its sheets into the folder, for the shoots whose network was compared. No page is written if there is none.
+///
+/// # Errors
+/// When a picture is missing, or a file cannot be written.
+pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
+    let mut text = HEAD.to_owned();
+    let mut count = 0;
+    for shoot in shoots {
+        let Some(compared) = shoot.compared() else {
+            continue;
+        };
+        let file = format!("{}.jpg", crate::plain(&shoot.name));
+        sheet::write(&folder.join(&file), &compared)?;
+        text += &section(shoot, &compared, &file);
+        count += 1;
+    }
+    if count == 0 {
+        return Ok(());
+    }
+    write_beside(&folder.join(NAME), |out| out.write_all(text.as_bytes()))
+}
+
+fn section(shoot: &Shoot, compared: &[&Scored], file: &str) -> String {
+    let ladder = &shoot.ladder;
+    let builds = page::builds(compared.iter().map(|of| of.kept.build.as_str()));
+    let mut text = format!("\n## {}\n\n", shoot.name);
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        text,
+        "Working size {}. Measured on: {}. {}. {builds} {}\n",
+        shoot.size,
+        ladder.machine.words(),
+        ladder.device,
+        learnt(compared),
+    );
+    let _ = writeln!(text, "![Truth, network and methods]({file})\n");
+    let cells = cells(compared);
+    for sentence in sentences(compared, &cells) {
+        let _ = writeln!(text, "{sentence}\n");
+    }
+    text += &table(compared, &cells);
+    text
+}
+
+/// How long those that learn have learnt.
+fn learnt(compared: &[&Scored]) -> String {
+    let learning = compared.iter().filter_map(|of| {
+        let scores = &of.kept.result;
+        let minutes = scores["training_seconds"].as_f64()? / 60.0;
+        let steps = scores["training_steps"].as_u64()?;
+        Some(format!(
+            "{} {minutes:.1} min, {steps} steps",
+            page::words(of.method)
+        ))
+    });
+    format!("Learning: {}.", learning.collect::<Vec<_>>().join("; "))
+}
+
+/// One region in one light.
+struct Cell {
+    environment: String,
+    region: String,
+    /// Of the subject's pixels.
+    share: f64,
+    /// What each method reached, in decibels.
+    reached: Vec<Option<f64>>,
+}
+
+impl Cell {
+    /// The method that is nearest to the truth; the limit of the rig is none.
+    fn best(&self, compared: &[&Scored]) -> Option<usize> {
+        let all = self.reached.iter().enumerate();
+        let comparable = all.filter(|(number, _)| compared[*number].method != LIMIT);
+        let known = comparable.filter_map(|(number, db)| Some((number, (*db)?)));
+        let best = known.max_by(|a, b| a.1.total_cmp(&b.1));
+        best.map(|(number, _)| number)
+    }
+}
+
+/// The regions that the first method has, in each light.
+fn cells(compared: &[&Scored]) -> Vec<Cell> {
+    let regions = |of: &Scored, environment: &str| -> Vec<Value> {
+        let all = of.kept.result["relit_regions"][environment].as_array();
+        all.cloned().unwrap_or_default()
+    };
+    let Some(first) = compared.first() else {
+        return Vec::new();
+    };
+    let environments = first.kept.result["relit_regions"].as_object();
+    let mut cells = Vec::new();
+    for environment in environments.into_iter().flat_map(|all| all.keys()) {
+        for region in regions(first, environment) {
+            let name = region["region"].as_str().unwrap_or_default().to_owned();
+            let reached = compared.iter().map(|of| {
+                let all = regions(of, environment);
+                let same = all
+                    .iter()
+                    .find(|other| other["region"] == region["region"])?;
+                same["psnr_db"].as_f64()
+            });
+            cells.push(Cell {
+                environment: environment.clone(),
+                share: region["share"].as_f64().unwrap_or_default(),
+                reached: reached.collect(),
+                region: name,
+            });
+        }
+    }
+    cells
+}
+
+/// Who wins where, and where the network is farthest from the limit.
+fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
+    let wins = |number: usize| {
+        cells
+            .iter()
+            .filter(move |cell| cell.best(compared) == Some(number))
+    };
+    let mut found = vec![format!(
+        "Of {} regions and lights, the network is nearest to the truth in {}.",
+        cells.len(),
+        wins(0).count()
+    )];
+    for (number, of) in compared.iter().enumerate().skip(1) {
+        let won: Vec<String> = wins(number)
+            .map(|cell| {
+                let db = |number: usize| cell.reached[number].unwrap_or(f64::NAN);
+                format!(
+                    "{} under {} ({:.1} dB, the network {:.1})",
+                    cell.region,
+                    cell.environment,
+                    db(number),
+                    db(0)
+                )
+            })
+            .collect();
+        if !won.is_empty() {
+            let name = page::words(of.method);
+            let (first, rest) = name.split_at(1);
+            found.push(format!(
+                "{}{rest} wins in {}.",
+                first.to_uppercase(),
+                won.join(", ")
+            ));
+        }
+    }
+    let limit = compared.iter().position(|of| of.method == LIMIT);
+    let behind = limit.and_then(|limit| {
+        let behind = cells
+            .iter()
+            .filter_map(|cell| Some((cell.reached[limit]? - cell.reached[0]?, cell)));
+        behind.max_by(|a, b| a.0.total_cmp(&b.0))
+    });
+    if let Some((db, cell)) = behind.filter(|(db, _)| *db > TELLING) {
+        found.push(format!(
+            "The network is farthest from the rig's limit in {} under {}: {db:.1} dB.",
+            cell.region, cell.environment
+        ));
+    }
+    found
+}
+
+fn table(compared: &[&Scored], cells: &[Cell]) -> String {
+    let mut text = "| light | region |".to_owned();
+    for of in compared {
+        let _ = write!(text, " {} |", page::words(of.method));
+    }
+    text += "\n|---|---|";
+    text += &"---:|".repeat(compared.len());
+    text += "\n";
+    for cell in cells {
+        let _ = write!(
+            text,
+            "| {} | {} ({:.0} %) |",
+            cell.environment,
+            cell.region,
+            100.0 * cell.share
+        );
+        let best = cell.best(compared);
+        for (number, db) in cell.reached.iter().enumerate() {
+            let db = match db {
+                Some(db) if *db >= evaluation::metrics::MAX_DECIBELS => "exact".to_owned(),
+                Some(db) => format!("{db:.1}"),
+                None => "–".to_owned(),
+            };
+            let _ = match best == Some(number) {
+                true => write!(text, " **{db}** |"),
+                false => write!(text, " {db} |"),
+            };
+        }
+        text += "\n";
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kept::Kept;
+    use serde_json::json;
+
+    #[test]
+    fn who_wins_is_counted_region_by_region() {
+        let method = |name: &'static str, lit: f64, edge: f64| {
+            let regions = json!([
+                {"region": "lit", "share": 0.9, "psnr_db": lit},
+                {"region": "edge", "share": 0.1, "psnr_db": edge},
+            ]);
+            Scored {
+                method: name,
+                learnt: None,
+                kept: Kept {
+                    build: String::new(),
+                    result: json!({"relit_regions": {"nave": regions}}),
+                },
+                pictures: std::path::PathBuf::new(),
+            }
+        };
+        let all = [
+            method("network", 31.0, 24.0),
+            method("ratio", 28.0, 25.5),
+            method("truth-olats", 36.0, 31.0),
+        ];
+        let all: Vec<&Scored> = all.iter().collect();
+        let cells = cells(&all);
+        let sentences = sentences(&all, &cells).join(" ");
+        assert_eq!(
+            sentences,
+            "Of 2 regions and lights, the network is nearest to the truth in 1. Ratio image wins in edge under nave (25.5 dB, the \
+             network 24.0). The network is farthest from the rig's limit in edge under nave: 7.0 dB."
+        );
+        let table = table(&all, &cells);
+        assert!(
+            table.contains("| nave | lit (90 %) | **31.0** | 28.0 | 36.0 |"),
+            "{table}"
+        );
+        assert!(
+            table.contains("| nave | edge (10 %) | 24.0 | **25.5** | 31.0 |"),
+            "{table}"
+        );
+    }
+}

@@ -1,0 +1,247 @@
+//! The sheet of a shoot: the truth, the network and the methods beside each other, on the same frames, in the same light.
+
+use crate::methods::{LIMIT, Scored};
+use base::files::write_beside;
+use base::Result;
+use export::{Tile, contact_sheet};
+use imaging::file::{jpeg_bytes, read_encoded};
+use imaging::resample::resize;
+use imaging::{Encoded, Raster};
+use serde_json::Value;
+use std::io::Write;
+use std::path::Path;
+
+/// Pixels of the longer side of a picture on the sheet.
+const SIDE: usize = 152;
+/// A sheet has at most so many bytes.
+const MOST_BYTES: usize = 390_000;
+/// The frame around the best picture: its width in pixels, and its codes.
+const FRAME: usize = 3;
+const AMBER: [f32; 3] = [1.0, 0.72, 0.2];
+/// What differences are multiplied by.
+const GAIN: f32 = 4.0;
+/// The power that the pictures are encoded by.
+const GAMMA: f32 = 2.2;
+
+/// One row of pictures: a frame in a light.
+struct Row {
+    environment: String,
+    frame: u64,
+}
+
+/// Writes the sheet as a JPEG. In each light it has the frames in which the first method, the network, is nearest to the truth
+/// and farthest from it; under each picture is its difference from the truth, and the best is framed.
+///
+/// # Errors
+/// When a picture is missing, or the file cannot be written.
+pub fn write(path: &Path, methods: &[&Scored]) -> Result<()> {
+    let mut tiles: Vec<(String, Encoded)> = Vec::new();
+    let Some(network) = methods.first() else {
+        return Ok(());
+    };
+    for row in rows(&network.kept.result) {
+        let file = |of: &Scored, end: &str| {
+            let name = format!("{}-{}{end}.png", row.environment, row.frame);
+            read_encoded(&of.pictures.join(name))
+        };
+        let truth = file(network, "-truth")?;
+        let reached: Vec<Option<f64>> = methods.iter().map(|of| row.decibels(of)).collect();
+        let best = best(methods, &reached);
+        let place = format!("{} frame {}", row.environment, row.frame);
+        tiles.push((place, small(&truth)));
+        let mut differences = vec![(
+            "difference x 4".to_owned(),
+            small_difference(&truth, &truth),
+        )];
+        for (number, of) in methods.iter().enumerate() {
+            let picture = file(of, "")?;
+            let mut shown = small(&picture);
+            let mut label = of.method.replace('-', " ");
+            if let Some(decibels) = reached[number] {
+                label += &format!(" {}", words(decibels));
+            }
+            if best == Some(number) {
+                framed(&mut shown);
+                label += " best";
+            }
+            tiles.push((label, shown));
+            differences.push((String::new(), small_difference(&picture, &truth)));
+        }
+        tiles.extend(differences);
+    }
+    let tiles: Vec<Tile> = (tiles.iter())
+        .map(|(label, picture)| Tile { label, picture })
+        .collect();
+    let sheet = contact_sheet(&tiles, methods.len() + 1)?;
+    // As good as fits.
+    let mut bytes = Vec::new();
+    for quality in (40..=92).rev().step_by(4) {
+        bytes = jpeg_bytes(&sheet, quality)?;
+        if bytes.len() <= MOST_BYTES {
+            break;
+        }
+    }
+    write_beside(path, |out| out.write_all(&bytes))
+}
+
+/// The frames that are shown: in each light the network's best and its worst.
+fn rows(network: &Value) -> Vec<Row> {
+    let frames: Vec<u64> = network["frames"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_u64)
+        .collect();
+    let mut rows = Vec::new();
+    for (environment, by_frame) in network["relit_psnr_by_frame_db"]
+        .as_object()
+        .into_iter()
+        .flatten()
+    {
+        let by_frame = by_frame.as_array().into_iter().flatten();
+        let mut reached: Vec<(f64, u64)> = by_frame
+            .filter_map(Value::as_f64)
+            .zip(frames.iter().copied())
+            .collect();
+        reached.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let ends = [
+            reached.first(),
+            reached.last().filter(|_| reached.len() > 1),
+        ];
+        rows.extend(ends.into_iter().flatten().map(|(_, frame)| Row {
+            environment: environment.clone(),
+            frame: *frame,
+        }));
+    }
+    rows
+}
+
+impl Row {
+    /// What a method reached there.
+    fn decibels(&self, of: &Scored) -> Option<f64> {
+        let scores = &of.kept.result;
+        let frames = scores["frames"].as_array()?;
+        let place = frames
+            .iter()
+            .position(|frame| frame.as_u64() == Some(self.frame))?;
+        scores["relit_psnr_by_frame_db"][&self.environment][place].as_f64()
+    }
+}
+
+/// The method that is nearest to the truth; the limit of the rig is none.
+fn best(methods: &[&Scored], reached: &[Option<f64>]) -> Option<usize> {
+    let comparable = (methods.iter().zip(reached).enumerate())
+        .filter(|(_, (of, _))| of.method != LIMIT)
+        .filter_map(|(number, (_, decibels))| Some((number, (*decibels)?)));
+    let best = comparable.max_by(|a, b| a.1.total_cmp(&b.1));
+    best.map(|(number, _)| number)
+}
+
+/// Decibels as a label has them.
+fn words(decibels: f64) -> String {
+    if decibels >= evaluation::metrics::MAX_DECIBELS {
+        "exact".to_owned()
+    } else {
+        format!("{decibels:.1} db")
+    }
+}
+
+/// A picture at the sheet's size. Light is averaged, not codes.
+fn small(picture: &Encoded) -> Encoded {
+    let linear = picture.0.map(|pixel| pixel.map(|code| code.powf(GAMMA)));
+    let (width, height) = size_of(&picture.0);
+    let small = resize(&linear, width, height);
+    Encoded(small.map(|pixel| pixel.map(|value| value.max(0.0).powf(1.0 / GAMMA))))
+}
+
+/// Width and height at which the longer side is the sheet's.
+fn size_of(picture: &Raster<[f32; 3]>) -> (usize, usize) {
+    let longer = picture.width.max(picture.height).max(1);
+    let side = |pixels: usize| (pixels * SIDE / longer).max(1);
+    (side(picture.width), side(picture.height))
+}
+
+/// The difference of codes, enlarged, about a middle grey.
+fn small_difference(picture: &Encoded, truth: &Encoded) -> Encoded {
+    let mut difference = picture.0.clone();
+    for (pixel, truth) in difference.pixels.iter_mut().zip(&truth.0.pixels) {
+        *pixel = std::array::from_fn(|c| (0.5 + GAIN * (pixel[c] - truth[c])).clamp(0.0, 1.0));
+    }
+    let (width, height) = size_of(&difference);
+    Encoded(resize(&difference, width, height))
+}
+
+/// Draws a frame inside a picture's border.
+fn framed(picture: &mut Encoded) {
+    let (width, height) = picture.0.size();
+    for (place, pixel) in picture.0.pixels.iter_mut().enumerate() {
+        let (x, y) = (place % width, place / width);
+        let from_border = x.min(y).min(width - 1 - x).min(height - 1 - y);
+        if from_border < FRAME {
+            *pixel = AMBER;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kept::Kept;
+    use imaging::file::write_png;
+    use serde_json::json;
+
+    #[test]
+    fn a_sheet_shows_every_method_and_frames_the_best() -> Result<()> {
+        let folder = tempfile::tempdir().unwrap();
+        let method = |name: &'static str, decibels: [f64; 2], code: f32| {
+            let pictures = folder.path().join(name);
+            std::fs::create_dir_all(&pictures).unwrap();
+            let picture = |code| Encoded(Raster::filled(64, 48, [code; 3]));
+            for frame in [3, 8] {
+                write_png(&pictures.join(format!("nave-{frame}.png")), &picture(code)).unwrap();
+                let truth = pictures.join(format!("nave-{frame}-truth.png"));
+                write_png(&truth, &picture(0.6)).unwrap();
+            }
+            let result = json!({"frames": [3, 8], "relit_psnr_by_frame_db": {"nave": decibels}});
+            Scored {
+                method: name,
+                learnt: None,
+                kept: Kept {
+                    build: String::new(),
+                    result,
+                },
+                pictures,
+            }
+        };
+        let all = [
+            method("network", [30.0, 20.0], 0.5),
+            method("ratio", [25.0, 22.0], 0.4),
+            method("truth-olats", [40.0, 40.0], 0.6),
+        ];
+        let found: Vec<u64> = rows(&all[0].kept.result)
+            .iter()
+            .map(|row| row.frame)
+            .collect();
+        assert_eq!(found, [3, 8]);
+        let all: Vec<&Scored> = all.iter().collect();
+        let path = folder.path().join("sheet.jpg");
+        write(&path, &all)?;
+        let bytes = std::fs::metadata(&path).unwrap().len();
+        assert!(bytes > 1000 && bytes <= MOST_BYTES as u64, "{bytes}");
+        let sheet = read_encoded(&path)?.0;
+        // Amber is at the corner of the network's first picture, and of the ratio's second.
+        let amber = |x: usize, y: usize| sheet.at(x, y)[0] > 0.8 && sheet.at(x, y)[2] < 0.5;
+        let across = sheet.width / 4;
+        let middle = SIDE * 48 / 64 / 2;
+        assert!(
+            amber(across + 5, middle),
+            "{:?}",
+            sheet.at(across + 5, middle)
+        );
+        assert!(!amber(2 * across + 5, middle) && !amber(3 * across + 5, middle));
+        let down = sheet.height / 4;
+        let second = 2 * down + middle;
+        assert!(amber(2 * across + 5, second) && !amber(across + 5, second));
+        Ok(())
+    }
+}
