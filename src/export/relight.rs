@@ -3,7 +3,7 @@
 use super::overlap::{Stages, overlapped};
 use super::provenance::Provenance;
 use super::writer::{Lights, Writer, check};
-use super::{Files, Interview, LightLayers, Rebuild};
+use super::{Files, HandOver, Interview, LightLayers, Rebuild};
 use base::error::{Error, Result};
 use base::numbers::{ANGLES, within};
 use base::progress::Progress;
@@ -83,6 +83,9 @@ pub struct RelightSettings {
     pub background: Background,
     #[command(flatten)]
     pub files: Files,
+    /// Write beside the export what other programs need to open it (docs/handover.md).
+    #[arg(long, value_enum, value_name = "PROGRAM,…", value_delimiter = ',')]
+    pub hand_over: Vec<HandOver>,
     /// Print which passes ran, which did not and why, and how long each took.
     #[arg(long)]
     pub profile: bool,
@@ -92,6 +95,29 @@ pub struct RelightSettings {
     /// Storage format of predicted OLATs.
     #[arg(long = "field", value_enum, default_value_t)]
     pub storage: Storage,
+}
+
+impl RelightSettings {
+    /// The yaw in degrees at which the panorama's file is shown in frame `frame` of `first` to `last`, and the lighting
+    /// there. `front` is the file's.
+    pub fn light_at(
+        &self,
+        frame: usize,
+        (first, last): (usize, usize),
+        front: Front,
+    ) -> (f32, Lighting) {
+        let share = (frame - first) as f32 / (last - first + 1) as f32;
+        let turn = if self.turntable { 360.0 * share } else { 0.0 };
+        let key = |keys: &Keyframes| keys.at(frame as f64).unwrap_or(0.0) as f32;
+        let lighting = Lighting {
+            intensity_stops: self.lighting.intensity_stops + key(&self.intensity_keys),
+            ..self.lighting.clone()
+        };
+        (
+            front.turned(self.yaw_deg + turn + key(&self.yaw_keys)),
+            lighting,
+        )
+    }
 }
 
 /// The first and last frame, such as `5-12`, or one frame.
@@ -131,6 +157,8 @@ pub struct RelightReport {
     pub uncovered_energy: f32,
     /// Where the network ran and why.
     pub device: String,
+    /// What was written beside it for other programs, in the order in which it was asked for.
+    pub hand_over: Vec<PathBuf>,
 }
 
 impl RelightReport {
@@ -148,8 +176,15 @@ impl RelightReport {
             .layers
             .as_ref()
             .map_or(String::new(), |check| format!(". {}", check.sentence()));
+        let files: Vec<_> = (self.hand_over.iter())
+            .map(|file| file.display().to_string())
+            .collect();
+        let handed_over = match &files[..] {
+            [] => String::new(),
+            files => format!(". To hand over: {}", files.join(", ")),
+        };
         format!(
-            "{frames}{kept} at {:.0} ms each: {}{layers}",
+            "{frames}{kept} at {:.0} ms each: {}{layers}{handed_over}",
             self.ms_per_frame, self.output
         )
     }
@@ -236,6 +271,7 @@ pub fn relight(
         layers: rebuild,
         uncovered_energy: clip.uncovered_energy,
         device: clip.compute.description,
+        hand_over: Vec::new(),
     })
 }
 
@@ -335,7 +371,7 @@ impl<'a> Clip<'a> {
             .transpose()?;
         let mut planned = Vec::with_capacity(count);
         for frame in first..=last {
-            let scene = self.scene(frame, (frame - first) as f32 / count as f32);
+            let scene = self.scene(frame, (first, last));
             let made_of = provenance.as_ref().map_or(String::new(), |provenance| {
                 let picture = self.project.frame_picture(frame);
                 let matte = self.project.frame_matte(frame);
@@ -365,23 +401,14 @@ impl<'a> Clip<'a> {
         Ok(planned)
     }
 
-    /// What frame `index` looks like, `share` of the way through the clip.
-    fn scene(&self, index: usize, share: f32) -> Scene {
+    /// What frame `index` of the clip's frames looks like.
+    fn scene(&self, index: usize, frames: (usize, usize)) -> Scene {
         let settings = self.settings;
-        let turn = if settings.turntable {
-            360.0 * share
-        } else {
-            0.0
-        };
-        let key = |keys: &Keyframes| keys.at(index as f64).unwrap_or(0.0) as f32;
-        let yaw_deg = settings.yaw_deg + turn + key(&settings.yaw_keys);
+        let (yaw_deg, lighting) = settings.light_at(index, frames, self.front);
         Scene {
             frame: index,
-            yaw_deg: self.front.turned(yaw_deg),
-            lighting: Lighting {
-                intensity_stops: settings.lighting.intensity_stops + key(&settings.intensity_keys),
-                ..settings.lighting.clone()
-            },
+            yaw_deg,
+            lighting,
             effects: settings.effects,
             exposure_stops: settings.exposure_stops,
             background: match &self.solo[..] {
@@ -539,7 +566,10 @@ pub fn find_environment(
 }
 
 /// The numbers of the lamps of these names, ascending.
-fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
+///
+/// # Errors
+/// When there is no such lamp.
+pub fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
     let number = |name: &String| {
         let place = rig.lamps.iter().position(|lamp| lamp.name == *name);
         place.ok_or_else(|| {
@@ -559,7 +589,11 @@ fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
     Ok(numbers)
 }
 
-fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usize, usize)> {
+/// The first and last frame that are relit: those that are asked for, or all.
+///
+/// # Errors
+/// When the interview has not all of them.
+pub fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usize, usize)> {
     let last = project.settings.shoot.frames.len().saturating_sub(1);
     match asked {
         None => Ok((0, last)),
