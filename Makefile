@@ -21,7 +21,7 @@ setup:
 
 # Passes all tests of all crates, and says at the end which were skipped and why. AFTERLIGHT_REQUIRED names, with
 # commas between, what must not be missing: shared data, gpu, gpu f16, gpu clock, ffmpeg, python, mediapipe, amx, small
-# disk, pfspanoramic.
+# disk, pfspanoramic, prlimit, blender.
 SKIPPED = $(abspath $(or $(CARGO_TARGET_DIR),target))/skipped.txt
 SHOWN = $(abspath $(or $(CARGO_TARGET_DIR),target))/stability.txt
 

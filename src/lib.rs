@@ -12,6 +12,6 @@ pub use base::{Error, Result, error, memory, progress, turn};
 pub use worker::demo;
 pub use {
     benchmark, calibration, check, compositor, confidence, evaluation, export, footage, gpu,
-    imaging, light, matte, movies, person, project, reflectance, rivals, scene, studio, tradeoff,
-    training, virtual_stage, worker,
+    handover, imaging, light, matte, movies, person, project, reflectance, rivals, scene, studio,
+    tradeoff, training, virtual_stage, worker,
 };

@@ -52,7 +52,7 @@ impl Levels {
         mask: &Mask,
     ) -> Result<Self> {
         let albedo_in_field_units = mean_solid_luminance(&field.relight(&even.per_lamp)?, mask);
-        let gain = positive(MIDDLE_GREY / (SUBJECT_ALBEDO * mean_radiance(environment)));
+        let gain = Self::of_environment(environment);
         let subject = positive(SUBJECT_ALBEDO / albedo_in_field_units);
         Ok(Self {
             subject: gain * subject,
@@ -62,6 +62,11 @@ impl Levels {
 }
 
 impl Levels {
+    /// The background's level: an albedo of 0.35 in the environment's mean radiance is middle grey.
+    pub fn of_environment(environment: &Environment) -> f32 {
+        positive(MIDDLE_GREY / (SUBJECT_ALBEDO * mean_radiance(environment)))
+    }
+
     /// One unit of light on the stage in the environment's units: what placed lights are given in.
     pub fn unit(&self) -> f32 {
         1.0 / self.background

@@ -3,6 +3,7 @@
 use super::codec::{Codec, Container};
 use super::colors::Encoding;
 use super::encoder::{Encoder, PATIENCE, Unanswered, file_url};
+use super::format::MovieAlpha;
 use super::rational_rate;
 use super::still::{no_display, no_light, straight, word_from_unit};
 use super::time_code::TimeCode;
@@ -26,6 +27,8 @@ pub struct Movie {
     /// Of the interview's movie.
     pub reel: Option<String>,
     pub encoding: Encoding,
+    /// Of a codec that keeps alpha.
+    pub alpha: MovieAlpha,
     /// A file with the sound of exactly these frames.
     pub sound: Option<PathBuf>,
 }
@@ -42,6 +45,7 @@ pub struct ClipWriter {
     size: (usize, usize),
     codec: Codec,
     encoding: Encoding,
+    alpha: MovieAlpha,
 }
 
 impl ClipWriter {
@@ -98,6 +102,7 @@ impl ClipWriter {
             size: (width, height),
             codec: movie.codec,
             encoding: movie.encoding.clone(),
+            alpha: movie.alpha,
         })
     }
 
@@ -127,7 +132,8 @@ impl ClipWriter {
         let (from, to) = (self.size, self.codec.padded(self.size));
         let bytes: Vec<u8> = if self.codec.has_alpha() {
             let straight = straight(picture, &self.encoding).ok_or_else(|| no_light(&self.path))?;
-            let pixels: Vec<_> = straight.map(|p| p.map(word)).collect();
+            let pixels = straight.map(|p| self.alpha.of_straight(p).map(word));
+            let pixels: Vec<_> = pixels.collect();
             padded(&pixels, from, to).flatten().flatten().collect()
         } else {
             let codes = display.0.pixels.iter().copied().map(self.encoding.codes());
@@ -256,6 +262,12 @@ fn arguments(size: (usize, usize), container: Container, movie: &Movie) -> Vec<O
             _ => "-metadata:s:v:0",
         };
         line.extend([key.into(), format!("reel_name={reel}").into()]);
+    }
+    if codec.has_alpha() {
+        line.extend([
+            "-metadata".into(),
+            format!("comment={}", movie.alpha.words()).into(),
+        ]);
     }
     line.extend(words(codec.encoder()));
     if container == Container::Mp4 {

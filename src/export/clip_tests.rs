@@ -18,6 +18,7 @@ fn movie(path: &Path, frame_rate: f64, first: usize) -> Movie {
         time_code: (codec != Codec::H264).then(|| TimeCode::of(first, frame_rate)),
         reel: None,
         encoding: Encoding::default(),
+        alpha: MovieAlpha::default(),
         sound: None,
     }
 }
@@ -100,6 +101,50 @@ fn a_mov_keeps_straight_alpha() {
             pixel[3].abs_diff(alpha) <= 2 && pixel[0].abs_diff(188) <= 3,
             "{x}: {pixel:?}, {alpha}"
         );
+    }
+}
+
+#[test]
+fn alpha_is_straight_or_premultiplied_as_asked_and_the_movie_says_which() {
+    if !ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let shown = picture(64, 16, [0.5; 3], false);
+    for (alpha, word) in [
+        (MovieAlpha::Straight, "straight alpha"),
+        (MovieAlpha::Premultiplied, "premultiplied alpha"),
+    ] {
+        for name in ["cut.mov", "cut.mkv"] {
+            let path = folder.path().join(name);
+            let movie = Movie {
+                alpha,
+                ..movie(&path, 24.0, 0)
+            };
+            let mut writer = ClipWriter::create(&path, (64, 16), &movie).unwrap();
+            writer.push(&shown, &silent()).unwrap();
+            writer.finish(&silent()).unwrap();
+            let bytes = decoded(&path);
+            for (x, pixel) in bytes.chunks(4).take(48).enumerate() {
+                let cover = shown.alpha.pixels[x];
+                let wanted = match alpha {
+                    MovieAlpha::Straight => 188.0,
+                    MovieAlpha::Premultiplied => 188.0 * cover,
+                };
+                assert!(
+                    pixel[3].abs_diff(byte_from_unit(cover)) <= 2
+                        && (f32::from(pixel[0]) - wanted).abs() <= 3.0,
+                    "{name} {alpha:?} {x}: {pixel:?}, {cover}"
+                );
+            }
+            let probe = Command::new("ffprobe")
+                .args(["-v", "error", "-show_entries", "format_tags", "-of", "json"])
+                .arg(&path)
+                .output()
+                .unwrap();
+            let said = String::from_utf8_lossy(&probe.stdout);
+            assert!(said.contains(word), "{name}: {said}");
+        }
     }
 }
 

@@ -13,7 +13,7 @@ pub enum Codec {
     /// H.265, 10 bits, for review [.mp4, .mov, .mkv].
     #[value(name = "h265")]
     H265,
-    /// ProRes 4444 with straight alpha [.mov].
+    /// ProRes 4444 with alpha, straight unless asked otherwise [.mov].
     #[value(name = "prores-4444")]
     ProRes4444,
     /// ProRes 422 HQ [.mov].
@@ -28,7 +28,7 @@ pub enum Codec {
     /// DNxHR 444, 10 bits [.mov, .mxf].
     #[value(name = "dnxhr-444")]
     Dnxhr444,
-    /// FFV1, RGB of 16 bits with straight alpha, without loss [.mkv].
+    /// FFV1, RGB of 16 bits with alpha, straight unless asked otherwise, without loss [.mkv].
     #[value(name = "ffv1")]
     Ffv1,
 }

@@ -1,5 +1,6 @@
 use super::super::clip::{ClipWriter, Movie};
 use super::super::colors::Encoding;
+use super::super::format::MovieAlpha;
 use super::super::still::tests::picture;
 use super::super::time_code::TimeCode;
 use super::*;
@@ -25,6 +26,7 @@ fn movie(codec: Codec, space: Option<OutputSpace>) -> Movie {
         time_code: TimeCode::parse("10:20:30:12", 23.976),
         reel: Some("A001_C002".to_owned()),
         encoding: Encoding::open(space, None).unwrap(),
+        alpha: MovieAlpha::default(),
         sound: None,
     }
 }

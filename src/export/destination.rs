@@ -141,6 +141,12 @@ impl Stills {
         PathBuf::from(format!("{}{number}{}", self.before, self.after))
     }
 
+    /// What stands before the frame's number, its least number of digits, and what stands behind it. Without a number the
+    /// whole path is the first.
+    pub fn parts(&self) -> (&str, Option<usize>, &str) {
+        (&self.before, self.digits, &self.after)
+    }
+
     /// Whether the files hold linear light.
     pub fn is_linear(&self) -> bool {
         self.after.to_ascii_lowercase().ends_with(".exr")

@@ -149,6 +149,35 @@ pub enum Bits {
     Sixteen,
 }
 
+/// What a movie's colour codes are times. The choice stands in the movie's metadata, as its comment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum MovieAlpha {
+    /// Colour of its own, as it is where the picture is opaque.
+    #[default]
+    Straight,
+    /// Codes times alpha: over black.
+    Premultiplied,
+}
+
+impl MovieAlpha {
+    /// What the movie says.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Self::Straight => "straight alpha",
+            Self::Premultiplied => "premultiplied alpha (black)",
+        }
+    }
+
+    /// A pixel with straight alpha as the movie has it.
+    pub(super) fn of_straight(self, [r, g, b, a]: [f32; 4]) -> [f32; 4] {
+        match self {
+            Self::Straight => [r, g, b, a],
+            // Editors composite codes, so codes are multiplied.
+            Self::Premultiplied => [r * a, g * a, b * a, a],
+        }
+    }
+}
+
 /// What happens to existing files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
@@ -168,6 +197,9 @@ pub struct Files {
     /// How a movie is encoded [default: H.264 in .mp4, ProRes 4444 in .mov, FFV1 in .mkv, DNxHR HQ in .mxf].
     #[arg(long, value_enum)]
     pub codec: Option<Codec>,
+    /// Alpha of a movie that keeps one: ProRes 4444 and FFV1.
+    #[arg(long = "movie-alpha", value_enum, default_value_t)]
+    pub movie_alpha: MovieAlpha,
     /// Colour space of what is written; an EXR is linear in its primaries [default: sRGB; linear Rec. 709 in an EXR].
     #[arg(long = "space", value_enum)]
     pub space: Option<OutputSpace>,

@@ -44,12 +44,15 @@ pub struct LightLayer {
 }
 
 /// An entry of the header's attribute.
-#[derive(Serialize, Deserialize)]
-pub(super) struct Written {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ListedLayer {
+    /// The layer's name: `light_07`.
     pub layer: String,
+    /// The lamp's.
     pub lamp: String,
+    /// The lamp's weight per channel in the frame.
     pub weight: [f32; 3],
-    /// Where it is, if not in the picture's file.
+    /// The file that holds it, if not the picture's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
 }
@@ -140,10 +143,10 @@ impl LightLayers {
         lamps.chain(self.rest.iter().map(|rest| (REST.to_owned(), rest)))
     }
 
-    fn written(&self, path: Option<&Path>) -> Vec<Written> {
+    fn written(&self, path: Option<&Path>) -> Vec<ListedLayer> {
         let lamps = self.lamps.iter().enumerate();
         lamps
-            .map(|(index, layer)| Written {
+            .map(|(index, layer)| ListedLayer {
                 layer: self.name(index),
                 lamp: layer.lamp.clone(),
                 weight: layer.weight,
@@ -196,7 +199,7 @@ pub(super) fn weights_file(picture: &Path) -> PathBuf {
 }
 
 /// The file of a layer beside that of its picture: `out.light_00.0001.exr` beside `out.0001.exr`.
-pub(super) fn beside(picture: &Path, layer: &str) -> PathBuf {
+pub fn beside(picture: &Path, layer: &str) -> PathBuf {
     let stem = picture.file_stem().unwrap_or_default().to_string_lossy();
     let before_number = stem.trim_end_matches(|c: char| c.is_ascii_digit());
     let (name, number) = stem.split_at(before_number.len());

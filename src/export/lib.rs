@@ -9,9 +9,11 @@ mod exr_channels;
 mod exr_settings;
 mod exr_still;
 mod format;
+mod hand_over;
 mod interview;
 mod layers;
 mod lettering;
+mod listing;
 mod overlap;
 mod provenance;
 mod rebuild;
@@ -28,9 +30,11 @@ pub use codec::{Codec, Container};
 pub use colors::{Encoding, OutputSpace};
 pub use destination::{Destination, Stills, untaken};
 pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, Samples};
-pub use format::{Bits, Existing, Files, Format, PixelBits};
+pub use format::{Bits, Existing, Files, Format, MovieAlpha, PixelBits};
+pub use hand_over::HandOver;
 pub use interview::{Interview, Source};
-pub use layers::{LightLayer, LightLayers};
+pub use layers::{LightLayer, LightLayers, ListedLayer, beside};
+pub use listing::{LayerListing, RestLayer};
 pub use overlap::Stages;
 pub use provenance::provenance_of;
 pub use rebuild::{Rebuild, rebuilt};
@@ -41,7 +45,7 @@ pub use time_code::TimeCode;
 
 /// Frames per second as a fraction. The rates of television (23.976, 29.97, 59.94 …) are recognised,
 /// whatever the number of digits that they were written with.
-fn rational_rate(frames_per_second: f64) -> (i32, u32) {
+pub fn rational_rate(frames_per_second: f64) -> (i32, u32) {
     let whole = frames_per_second.round();
     if (whole - frames_per_second).abs() < 1e-6 {
         return (whole as i32, 1);

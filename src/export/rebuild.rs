@@ -1,24 +1,22 @@
 //! The check that light layers give back what they are layers of.
 
 use super::exr_still::written_light;
-use super::layers::{REST, WEIGHTS, Written, weights_file};
+use super::layers::REST;
+use super::listing::LayerListing;
 use super::still::{About, no_light};
 use base::error::{Error, Result};
-use base::files::{is_bare, read_text};
+use base::files::is_bare;
 use compositor::Picture;
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{AnyChannels, FlatImage, FlatSamples, Layer};
 use imaging::Image;
 use imaging::file::{MAX_PIXELS, check_openexr};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::path::Path;
 
 const REMEDY: &str = "Export it again with its light layers";
 /// What a byte of a file can be at most once it is unpacked: deflate makes 1032 of one.
 const MOST_PER_BYTE: u64 = 2048;
-/// The longest JSON of weights that is read, in bytes.
-const MOST_WEIGHTS: u64 = 16 << 20;
 /// A residual that the rounding of half floats explains: half a step of 2⁻¹¹ for the layers, and as much for picture
 /// and rest.
 const ROUNDING: f32 = 1.0 / 1024.0;
@@ -44,18 +42,6 @@ struct Sum {
     lamps: Vec<[f64; 3]>,
     rest: Option<Vec<[f64; 3]>>,
     beauty: Vec<[f64; 3]>,
-}
-
-/// The JSON file beside a picture, as far as it is read.
-#[derive(Deserialize)]
-struct Beside {
-    layers: Vec<Written>,
-    rest: Option<Rest>,
-}
-
-#[derive(Deserialize)]
-struct Rest {
-    file: Option<String>,
 }
 
 type Part = Layer<AnyChannels<FlatSamples>>;
@@ -203,32 +189,14 @@ impl Rebuild {
 impl Sum {
     fn of(path: &Path) -> Result<Self> {
         let file = read(path)?;
-        let wrong = |what: String| Error::invalid(format!("{} {what}", path.display()), REMEDY);
-        let first = file
-            .layer_data
-            .first()
-            .ok_or_else(|| wrong("has no part".to_owned()))?;
-        let written = match first.attributes.other.get(&Text::from(WEIGHTS)) {
-            Some(AttributeValue::Text(text)) => text.to_string(),
-            _ => return Err(missing(path, "weights of light layers in the header")),
-        };
-        let mut written: Vec<Written> =
-            serde_json::from_str(&written).map_err(|e| Error::codec("read", path, e, REMEDY))?;
-        let mut rest_file = None;
-        if written.is_empty() {
-            let json = weights_file(path);
-            let text =
-                read_text(&json, MOST_WEIGHTS).map_err(|e| Error::io("read", &json, e, REMEDY))?;
-            let beside: Beside =
-                serde_json::from_str(&text).map_err(|e| Error::codec("read", &json, e, REMEDY))?;
-            written = beside.layers;
-            rest_file = beside.rest.and_then(|rest| rest.file);
-        }
+        let listing = LayerListing::of(path)?;
+        let first = (file.layer_data.first())
+            .ok_or_else(|| Error::invalid(format!("{} has no part", path.display()), REMEDY))?;
         let window = first.size;
         let pixels = window.area();
         let corner = first.attributes.layer_position - file.attributes.display_window.position;
         let mut lamps = vec![[0f64; 3]; pixels];
-        for entry in &written {
+        for entry in &listing.lamps {
             let weight = entry.weight.map(f64::from);
             add(
                 path,
@@ -241,17 +209,14 @@ impl Sum {
         }
         let mut beauty = vec![[0f64; 3]; pixels];
         add_channels(path, first, "", [1.0; 3], &mut beauty)?;
-        let has_rest = rest_file.is_some()
-            || part(&file, REST).is_some()
-            || (first.channel_data.list.iter()).any(|c| c.name.eq("rest.R"));
-        let rest = has_rest.then(|| {
-            let mut rest = vec![[0f64; 3]; pixels];
-            add(path, &file, REST, rest_file.as_deref(), [1.0; 3], &mut rest).map(|()| rest)
+        let rest = listing.rest.as_ref().map(|layer| {
+            let (mut rest, file_name) = (vec![[0f64; 3]; pixels], layer.file.as_deref());
+            add(path, &file, REST, file_name, [1.0; 3], &mut rest).map(|()| rest)
         });
         Ok(Self {
             size: (window.width(), window.height()),
             at: (corner.x().max(0) as usize, corner.y().max(0) as usize),
-            layers: written.len(),
+            layers: listing.lamps.len(),
             lamps,
             rest: rest.transpose()?,
             beauty,

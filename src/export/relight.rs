@@ -3,7 +3,7 @@
 use super::overlap::{Stages, overlapped};
 use super::provenance::Provenance;
 use super::writer::{Lights, Writer, check};
-use super::{Files, Interview, LightLayers, Rebuild};
+use super::{Files, HandOver, Interview, LightLayers, Rebuild};
 use base::error::{Error, Result};
 use base::numbers::{ANGLES, within};
 use base::progress::Progress;
@@ -82,6 +82,9 @@ pub struct RelightSettings {
     pub background: Background,
     #[command(flatten)]
     pub files: Files,
+    /// Write beside the export what other programs need to open it (docs/handover.md).
+    #[arg(long, value_enum, value_name = "PROGRAM,…", value_delimiter = ',')]
+    pub hand_over: Vec<HandOver>,
     /// Print which passes ran, which did not and why, and how long each took.
     #[arg(long)]
     pub profile: bool,
@@ -199,6 +202,8 @@ pub struct RelightReport {
     pub uncovered_energy: f32,
     /// Where the network ran and why.
     pub device: String,
+    /// What was written beside it for other programs, in the order in which it was asked for.
+    pub hand_over: Vec<PathBuf>,
 }
 
 impl RelightReport {
@@ -216,8 +221,15 @@ impl RelightReport {
             .layers
             .as_ref()
             .map_or(String::new(), |check| format!(". {}", check.sentence()));
+        let files: Vec<_> = (self.hand_over.iter())
+            .map(|file| file.display().to_string())
+            .collect();
+        let handed_over = match &files[..] {
+            [] => String::new(),
+            files => format!(". To hand over: {}", files.join(", ")),
+        };
         format!(
-            "{frames}{kept} at {:.0} ms each: {}{layers}",
+            "{frames}{kept} at {:.0} ms each: {}{layers}{handed_over}",
             self.ms_per_frame, self.output
         )
     }
@@ -305,6 +317,7 @@ pub fn relight(
         layers: rebuild,
         uncovered_energy: clip.uncovered_energy,
         device: clip.compute.description,
+        hand_over: Vec::new(),
     })
 }
 
@@ -582,7 +595,10 @@ pub fn find_environment(
 }
 
 /// The numbers of the lamps of these names, ascending.
-fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
+///
+/// # Errors
+/// When there is no such lamp.
+pub fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
     let number = |name: &String| {
         let place = rig.lamps.iter().position(|lamp| lamp.name == *name);
         place.ok_or_else(|| {
@@ -602,7 +618,11 @@ fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
     Ok(numbers)
 }
 
-fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usize, usize)> {
+/// The first and last frame that are relit: those that are asked for, or all.
+///
+/// # Errors
+/// When the interview has not all of them.
+pub fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usize, usize)> {
     let last = project.settings.shoot.frames.len().saturating_sub(1);
     match asked {
         None => Ok((0, last)),

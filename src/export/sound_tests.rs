@@ -1,6 +1,7 @@
 use super::super::clip::{ClipWriter, Movie};
 use super::super::codec::Codec;
 use super::super::colors::Encoding;
+use super::super::format::MovieAlpha;
 use super::super::still::tests::picture;
 use super::*;
 use std::path::PathBuf;
@@ -174,6 +175,7 @@ fn a_movie_has_the_interviews_sound_time_code_and_reel() {
             time_code: interview.filmed_time_code(12),
             reel: interview.reel().map(str::to_owned),
             encoding: Encoding::default(),
+            alpha: MovieAlpha::default(),
             sound: Some(PathBuf::from(sound.path())),
         };
         let mut writer = ClipWriter::create(&path, (256, 120), &movie).unwrap();

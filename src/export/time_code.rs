@@ -85,7 +85,7 @@ impl TimeCode {
     }
 
     /// Frames since midnight.
-    fn count(self) -> u64 {
+    pub fn count(self) -> u64 {
         let minutes = 60 * u64::from(self.hours) + u64::from(self.minutes);
         let numbers =
             (60 * minutes + u64::from(self.seconds)) * u64::from(self.rate) + u64::from(self.frame);

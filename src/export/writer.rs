@@ -3,7 +3,7 @@
 use super::clip::Movie;
 use super::codec::{Codec, Container};
 use super::colors::Encoding;
-use super::format::{Bits, Existing, Files};
+use super::format::{Bits, Existing, Files, MovieAlpha};
 use super::interview::Interview;
 use super::layers::LightLayers;
 use super::provenance::provenance_of;
@@ -81,6 +81,7 @@ impl Writer {
                 time_code: interview.filmed_time_code(first).or(counted),
                 reel: interview.reel().map(str::to_owned),
                 encoding: encoding.clone(),
+                alpha: files.movie_alpha,
                 sound: sound.as_ref().map(|sound| sound.path().to_path_buf()),
             };
             clip = Some(ClipWriter::create(path, written, &movie)?);
@@ -268,7 +269,16 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
     Encoding::check(files.space, files.lut.as_deref(), to, is_linear)?;
     match &destination {
         Destination::Clip(path) => {
-            Codec::of(files.codec, path)?;
+            let codec = Codec::of(files.codec, path)?;
+            if files.movie_alpha == MovieAlpha::Premultiplied && !codec.has_alpha() {
+                return Err(Error::invalid(
+                    format!(
+                        "{} keeps no alpha: {to} cannot be premultiplied",
+                        codec.name()
+                    ),
+                    "Write ProRes 4444 (.mov) or FFV1 (.mkv), or leave --movie-alpha out",
+                ));
+            }
         }
         Destination::Stills(_) => {
             if let Some(codec) = files.codec {

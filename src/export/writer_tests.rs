@@ -437,6 +437,15 @@ fn stills_and_movies_refuse_what_is_the_others() {
         ..to("a.mov")
     });
     assert!(said.unwrap_err().contains("linear light"));
+    let premultiplied = |name: &str| {
+        check(Files {
+            movie_alpha: MovieAlpha::Premultiplied,
+            ..to(name)
+        })
+    };
+    let said = premultiplied("a.mp4").unwrap_err();
+    assert!(said.contains("H.264 keeps no alpha"), "{said}");
+    assert!(premultiplied("a.mov").is_ok() && premultiplied("a.mkv").is_ok());
     let said = check(Files {
         lut: Some("look.cube".into()),
         ..to("a.exr")

@@ -156,7 +156,7 @@ impl Lighting {
     }
 
     /// A light as it lights the subject: with the gain of its group.
-    fn with_group_gain(&self, light: &PlacedLight) -> PlacedLight {
+    pub fn with_group_gain(&self, light: &PlacedLight) -> PlacedLight {
         let gain = self.group_of(light).map_or(1.0, LightGroup::gain);
         PlacedLight {
             intensity: light.intensity * gain,

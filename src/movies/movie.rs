@@ -77,6 +77,27 @@ impl Movie {
         }
     }
 
+    /// How far the times of frames `first` to `last` are from those of `frame_rate` frames per second, in frames: below 1
+    /// for a steady rate. Up to two thousand of them are looked at.
+    ///
+    /// # Errors
+    /// When they cannot be listed.
+    pub fn drift(&self, (first, last): (u64, u64), frame_rate: f64) -> Result<f64> {
+        let index = self.index();
+        let (numerator, denominator) = self.info.time_base;
+        let frames_a_unit = frame_rate * numerator as f64 / denominator.max(1) as f64;
+        let start = index.time(first)?.unwrap_or(0);
+        let mut drift = 0f64;
+        for frame in (first..=last).step_by((last.saturating_sub(first) / 1000 + 1) as usize) {
+            let Some(time) = index.time(frame)? else {
+                break;
+            };
+            let even = (frame - first) as f64;
+            drift = drift.max(((time - start) as f64 * frames_a_unit - even).abs());
+        }
+        Ok(drift)
+    }
+
     /// Whether the file is as it was when it was opened.
     pub(crate) fn is_current(&self) -> bool {
         Stamp::of(&self.path).is_ok_and(|now| now == self.stamp)

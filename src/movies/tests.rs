@@ -196,6 +196,12 @@ fn frames_are_counted_as_shown_where_times_are_uneven_start_late_or_are_cut() {
     ] {
         make(&at(name), 60, "25", &format!("{uneven} {coding}"));
         check(&at(name), &kept);
+        let movie = Movie::open(&at(name), &tools(folder.path())).unwrap();
+        let last = kept.len() as u64 - 1;
+        assert!(movie.drift((0, last), 25.0).unwrap() > 5.0, "{name}");
+        // Its second half is steady.
+        assert!(movie.drift((21, last), 25.0).unwrap() < 0.1, "{name}");
+        assert!(movie.drift((21, last), 24.0).unwrap() > 1.0, "{name}");
     }
     make(
         &at("late.ts"),

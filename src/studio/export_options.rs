@@ -5,7 +5,7 @@ use super::look::LookSettings;
 use super::status::Phase;
 use compositor::Storage;
 use export::relight::RelightSettings;
-use export::{Existing, ExrSettings, Files, Format, OutputSpace};
+use export::{Existing, ExrSettings, Files, Format, HandOver, LayerFiles, MovieAlpha, OutputSpace};
 use footage::PictureSize;
 use gpu::DeviceChoice;
 use light::Environment;
@@ -39,10 +39,14 @@ pub struct ExportOptions {
     pub show_table: bool,
     /// How an EXR holds its pixels.
     pub exr: ExrSettings,
+    /// Alpha of a movie that keeps one.
+    pub movie_alpha: MovieAlpha,
     /// Write the interview's sound into a movie, if it has some.
     pub sound: bool,
     /// Add the subject under each lamp as layers, if the format can hold them.
     pub layers: bool,
+    /// Programs that the export is handed over to, as far as they can open it.
+    pub hand_over: Vec<HandOver>,
     /// Name of the files without frame number and extension: relative to the project's folder, or absolute.
     pub name: String,
     /// Replace existing files. If off, they are kept and a number is appended to the name.
@@ -78,6 +82,28 @@ impl ExportOptions {
     /// The table that the window shows pictures through; None if it shows them as they are.
     pub fn shown_table(&self, root: &Path) -> Option<PathBuf> {
         self.table(root).filter(|_| self.show_table)
+    }
+
+    /// Why a program could not open such an export; None if it can.
+    pub fn hand_over_obstacle(&self, program: HandOver) -> Option<&'static str> {
+        if !program.needs_layers() {
+            return None;
+        }
+        match (self.format, self.layers, self.exr.layers) {
+            (Format::Exr, true, LayerFiles::Parts) if program == HandOver::Blender => Some(
+                "Blender reads only the first part of an EXR: put the layers in channels or files",
+            ),
+            (Format::Exr, true, _) => None,
+            _ => Some("Needs an EXR with a layer for each lamp"),
+        }
+    }
+
+    /// The alpha of the movie.
+    fn movie_alpha(&self) -> MovieAlpha {
+        match self.format.codec() {
+            Some(codec) if codec.has_alpha() => self.movie_alpha,
+            _ => MovieAlpha::default(),
+        }
     }
 
     /// Whether files keep their names, whatever is there.
@@ -175,12 +201,17 @@ impl ExportOptions {
                 bits: self.format.bits(),
                 layers: self.layers && self.format == Format::Exr,
                 codec: self.format.codec(),
+                movie_alpha: self.movie_alpha(),
                 space: self.space,
                 lut: self.table(&project.root),
                 no_sound: !self.sound,
                 resume: self.resume && !self.format.is_movie(),
                 exr: self.exr,
             },
+            hand_over: (HandOver::ALL.into_iter())
+                .filter(|program| self.hand_over.contains(program))
+                .filter(|program| self.hand_over_obstacle(*program).is_none())
+                .collect(),
             profile: false,
             device,
             storage: Storage::default(),
@@ -200,8 +231,10 @@ impl Default for ExportOptions {
             table: String::new(),
             show_table: false,
             exr: ExrSettings::default(),
+            movie_alpha: MovieAlpha::default(),
             sound: true,
             layers: false,
+            hand_over: Vec::new(),
             name: "exports/relit".to_owned(),
             replace: false,
             resume: false,
@@ -224,6 +257,29 @@ mod tests {
             format,
             ..ExportOptions::default()
         }
+    }
+
+    #[test]
+    fn an_export_goes_to_programs_that_can_open_it() {
+        let mut options = named("a", Format::Exr);
+        let able = |options: &ExportOptions| {
+            let can = |program: &HandOver| options.hand_over_obstacle(*program).is_none();
+            HandOver::ALL.into_iter().filter(can).collect::<Vec<_>>()
+        };
+        assert_eq!(able(&options), [HandOver::Otio, HandOver::Edl]);
+        options.layers = true;
+        assert_eq!(able(&options), HandOver::ALL);
+        options.exr.layers = LayerFiles::Parts;
+        assert_eq!(
+            able(&options),
+            [HandOver::Nuke, HandOver::Otio, HandOver::Edl]
+        );
+        options.format = Format::Movie(export::Codec::ProRes4444);
+        assert_eq!(able(&options), [HandOver::Otio, HandOver::Edl]);
+        options.movie_alpha = MovieAlpha::Premultiplied;
+        assert_eq!(options.movie_alpha(), MovieAlpha::Premultiplied);
+        options.format = Format::Movie(export::Codec::H264);
+        assert_eq!(options.movie_alpha(), MovieAlpha::Straight);
     }
 
     #[test]

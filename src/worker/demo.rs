@@ -139,6 +139,7 @@ pub fn run(
             exposure_stops: 0.0,
             background: Background::Environment,
             files: Files::to(clip.display().to_string()),
+            hand_over: Vec::new(),
             profile: false,
             device,
             storage: Storage::default(),

@@ -12,7 +12,7 @@ use confidence::{ConfidenceReport, ConfidenceSettings, confidence};
 use evaluation::blind::{AnswersReport, BlindReport, BlindSettings, answers, blind};
 use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
-use export::relight::{RelightReport, RelightSettings, find_environment, relight};
+use export::relight::{RelightReport, RelightSettings, find_environment};
 use footage::{
     self, FindPerson, FrameReport, FrameSettings, ImportSettings, MatteSettings, MattesReport,
     make_mattes,
@@ -341,7 +341,8 @@ impl Job {
                 Ok(Outcome::WentBack(WentBack { info, optimizer }))
             }
             Self::Relight { project, settings } => {
-                relight(&Project::open(&project)?, &settings, progress).map(Outcome::Relit)
+                handover::relight(&Project::open(&project)?, &settings, progress)
+                    .map(Outcome::Relit)
             }
             Self::Evaluate { project, settings } => {
                 evaluate(&Project::open(&project)?, &settings, progress).map(Outcome::Evaluated)

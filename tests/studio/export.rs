@@ -314,6 +314,7 @@ fn settings(to: String) -> RelightSettings {
         exposure_stops: 1.0,
         background: Background::Environment,
         files: Files::to(to),
+        hand_over: Vec::new(),
         profile: false,
         device: DeviceChoice::Cpu,
         storage: Storage::default(),

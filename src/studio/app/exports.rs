@@ -6,7 +6,7 @@ use crate::destination_check::{DestinationCheck, DestinationQuery};
 use crate::environment_library::light_of;
 use crate::state::State;
 use export::Destination;
-use export::relight::relight;
+use handover::relight;
 use std::path::Path;
 use worker::{Export, ExportStatus, WrittenExport};
 

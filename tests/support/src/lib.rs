@@ -10,5 +10,5 @@ mod waiting;
 
 pub use need::{Need, found, require};
 pub use paths::{repository, shared};
-pub use programs::{ffmpeg, mediapipe, pfspanoramic, python};
+pub use programs::{blender, ffmpeg, mediapipe, pfspanoramic, python};
 pub use waiting::{PATIENCE, wait_for};

@@ -35,11 +35,13 @@ pub enum Need {
     Pfspanoramic,
     /// The program `prlimit`.
     Prlimit,
+    /// The program `blender`, with its renderer Cycles.
+    Blender,
 }
 
 impl Need {
     /// All of them.
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 12] = [
         Self::SharedData,
         Self::Gpu,
         Self::GpuF16,
@@ -51,6 +53,7 @@ impl Need {
         Self::SmallDisk,
         Self::Pfspanoramic,
         Self::Prlimit,
+        Self::Blender,
     ];
 
     /// Its name in lists.
@@ -67,6 +70,7 @@ impl Need {
             Self::SmallDisk => "small disk",
             Self::Pfspanoramic => "pfspanoramic",
             Self::Prlimit => "prlimit",
+            Self::Blender => "blender",
         }
     }
 }

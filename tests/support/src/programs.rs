@@ -16,6 +16,12 @@ pub fn pfspanoramic() -> bool {
     require(Need::Pfspanoramic, here, "pfstools is not installed")
 }
 
+/// Whether `blender` starts; otherwise the test returns.
+pub fn blender() -> bool {
+    let here = starts("blender", "--version");
+    require(Need::Blender, here, "blender is not installed")
+}
+
 /// The interpreter that `AFTERLIGHT_PYTHON` names, if it has these modules; otherwise the test returns.
 pub fn python(modules: &[&str]) -> Option<PathBuf> {
     found(Need::Python, interpreter(modules))

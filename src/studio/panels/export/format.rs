@@ -4,7 +4,9 @@ use super::choice_ui;
 use crate::export_options::ExportOptions;
 use crate::panels::rows::segments_ui;
 use egui::{Checkbox, ComboBox, TextEdit, Ui, WidgetText};
-use export::{Codec, ExrAlpha, ExrCompression, Format, LayerFiles, OutputSpace, Samples};
+use export::{
+    Codec, ExrAlpha, ExrCompression, Format, LayerFiles, MovieAlpha, OutputSpace, Samples,
+};
 
 /// Width of a list in points.
 const LIST: f32 = 128.0;
@@ -51,6 +53,28 @@ fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
         );
     });
     ui.end_row();
+    if options.format.codec().is_some_and(Codec::has_alpha) {
+        ui.label("Alpha");
+        segments_ui(ui, |ui| {
+            for (alpha, name, hint) in [
+                (
+                    MovieAlpha::Straight,
+                    "straight",
+                    "Colour of its own, as most editors expect",
+                ),
+                (
+                    MovieAlpha::Premultiplied,
+                    "premultiplied",
+                    "Codes times alpha, over black",
+                ),
+            ] {
+                if choice_ui(ui, "Alpha", name, hint, options.movie_alpha == alpha) {
+                    options.movie_alpha = alpha;
+                }
+            }
+        });
+        ui.end_row();
+    }
 }
 
 fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {

@@ -15,7 +15,7 @@ use egui::{
     Align, Button, DragValue, Grid, Label, Layout, Response, RichText, Role, TextEdit, Ui,
     WidgetInfo, vec2,
 };
-use export::{Destination, Files, Format, PixelBits};
+use export::{Destination, Files, Format, HandOver, PixelBits};
 use footage::PictureSize;
 use project::Project;
 use scene::Background;
@@ -54,6 +54,7 @@ impl ExportPanel {
             size_ui(ui, &mut options, own, out);
             background_ui(ui, &mut options);
             layers_ui(ui, &mut options);
+            hand_over_ui(ui, &mut options);
             name_ui(ui, &mut options, out);
         });
         files_ui(ui, context, &mut options, &project.root);
@@ -279,6 +280,41 @@ fn layers_ui(ui: &mut Ui, options: &mut ExportOptions) {
         options.layers = layers;
     }
     ui.end_row();
+}
+
+fn hand_over_ui(ui: &mut Ui, options: &mut ExportOptions) {
+    ui.label("Hand over to");
+    ui.horizontal(|ui| {
+        for program in HandOver::ALL {
+            let obstacle = options.hand_over_obstacle(program);
+            let chosen = options.hand_over.contains(&program);
+            let mut ticked = chosen && obstacle.is_none();
+            let tick = egui::Checkbox::new(&mut ticked, program.name());
+            let response = ui.add_enabled(obstacle.is_none(), tick);
+            let response = response.on_hover_text(hand_over_hint(program));
+            let response = response.on_disabled_hover_text(obstacle.unwrap_or_default());
+            if response.changed() {
+                options.hand_over.retain(|other| *other != program);
+                options.hand_over.extend(ticked.then_some(program));
+            }
+        }
+    });
+    ui.end_row();
+}
+
+fn hand_over_hint(program: HandOver) -> &'static str {
+    match program {
+        HandOver::Nuke => {
+            "A script beside the files: a gain for each lamp, key, fill and rim, and the picture rebuilt"
+        }
+        HandOver::Blender => {
+            "A script beside the files: the compositor that rebuilds the picture, the environment as the world, a sun for each lamp"
+        }
+        HandOver::Otio => {
+            "A timeline for Resolve and other editors, with range, rate, time code and reel"
+        }
+        HandOver::Edl => "An edit decision list for Premiere, Avid and Resolve",
+    }
 }
 
 fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {

@@ -1,0 +1,43 @@
+//! The programs that an exported shot goes on to.
+
+/// A program, or kind of programs, that opens an exported shot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
+pub enum HandOver {
+    /// Nuke: a script with a gain for each lamp, key, fill and rim, and the rebuilt picture; needs --layers [.nk].
+    Nuke,
+    /// Blender: a script for compositor, world and lamps; needs --layers, and shows the environment [.blender.py].
+    Blender,
+    /// Resolve and other editors: a timeline of OpenTimelineIO [.otio].
+    Otio,
+    /// Premiere, Avid, Resolve: an edit decision list, CMX 3600 [.edl].
+    Edl,
+}
+
+impl HandOver {
+    pub const ALL: [Self; 4] = [Self::Nuke, Self::Blender, Self::Otio, Self::Edl];
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nuke => "Nuke",
+            Self::Blender => "Blender",
+            Self::Otio => "OTIO",
+            Self::Edl => "EDL",
+        }
+    }
+
+    /// What stands behind the export's name.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Nuke => ".nk",
+            Self::Blender => ".blender.py",
+            Self::Otio => ".otio",
+            Self::Edl => ".edl",
+        }
+    }
+
+    /// Whether it rebuilds the picture from light layers.
+    pub fn needs_layers(self) -> bool {
+        matches!(self, Self::Nuke | Self::Blender)
+    }
+}

@@ -1,0 +1,109 @@
+//! Which light layers an EXR has, and with what weights, as its header says.
+
+use super::exr_settings::{ExrAlpha, LayerFiles};
+use super::layers::{ListedLayer, REST, WEIGHTS, weights_file};
+use base::error::{Error, Result};
+use base::files::{open, read_text};
+use exr::meta::MetaData;
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::meta::header::Header;
+use serde::Deserialize;
+use std::io::BufReader;
+use std::path::Path;
+
+const REMEDY: &str = "Export it again with its light layers";
+/// The longest JSON of weights that is read, in bytes.
+const MOST_WEIGHTS: u64 = 16 << 20;
+
+/// The light layers of one frame. Their pixels are not read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerListing {
+    /// In the order of the rig's lamps.
+    pub lamps: Vec<ListedLayer>,
+    /// What the picture has besides; None if nothing.
+    pub rest: Option<RestLayer>,
+    /// Where they are.
+    pub place: LayerFiles,
+    pub alpha: ExrAlpha,
+    /// Columns and rows of the picture's frame, its display window.
+    pub size: (usize, usize),
+}
+
+/// The layer of what no lamp does.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct RestLayer {
+    /// Its file, if it is not in the picture's.
+    pub file: Option<String>,
+}
+
+/// The JSON file beside a picture, as far as it is read.
+#[derive(Deserialize)]
+struct Beside {
+    layers: Vec<ListedLayer>,
+    rest: Option<RestLayer>,
+}
+
+impl LayerListing {
+    /// Of the EXR `path`. If its layers are files, the JSON file beside it names them.
+    ///
+    /// # Errors
+    /// When a file cannot be read, or it has no light layers.
+    pub fn of(path: &Path) -> Result<Self> {
+        let file = open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
+        let parts = MetaData::read_from_buffered(BufReader::new(file), false)
+            .map_err(|e| Error::codec("read", path, e, REMEDY))?
+            .headers;
+        let missing =
+            |what: &str| Error::missing(format!("{} has no {what}", path.display()), REMEDY);
+        let first = parts.first().ok_or_else(|| missing("part"))?;
+        let written =
+            text(first, WEIGHTS).ok_or_else(|| missing("weights of light layers in the header"))?;
+        let lamps: Vec<ListedLayer> =
+            serde_json::from_str(&written).map_err(|e| Error::codec("read", path, e, REMEDY))?;
+        let window = first.shared_attributes.display_window.size;
+        let mut listing = Self {
+            lamps,
+            rest: None,
+            place: LayerFiles::Channels,
+            alpha: match text(first, "alpha").as_deref() {
+                Some("straight") => ExrAlpha::Straight,
+                _ => ExrAlpha::Premultiplied,
+            },
+            size: (window.width(), window.height()),
+        };
+        if listing.lamps.is_empty() {
+            let json = weights_file(path);
+            let text =
+                read_text(&json, MOST_WEIGHTS).map_err(|e| Error::io("read", &json, e, REMEDY))?;
+            let beside: Beside =
+                serde_json::from_str(&text).map_err(|e| Error::codec("read", &json, e, REMEDY))?;
+            listing.lamps = beside.layers;
+            listing.rest = beside.rest;
+            if listing.lamps.iter().any(|layer| layer.file.is_some()) {
+                listing.place = LayerFiles::Files;
+                return Ok(listing);
+            }
+        }
+        let named = |name: &Text| name.eq(REST);
+        let is_part = |part: &Header| part.own_attributes.layer_name.as_ref().is_some_and(named);
+        let has_channel = (first.channels.list.iter()).any(|c| c.name.eq(&format!("{REST}.R")));
+        if parts.len() > 1 {
+            listing.place = LayerFiles::Parts;
+        }
+        if listing.rest.is_none() && (has_channel || parts.iter().any(is_part)) {
+            listing.rest = Some(RestLayer { file: None });
+        }
+        Ok(listing)
+    }
+}
+
+/// What a header says under a name.
+fn text(header: &Header, name: &str) -> Option<String> {
+    let key = Text::from(name);
+    let shared = header.shared_attributes.other.get(&key);
+    // Where the reader puts what it does not know.
+    match shared.or_else(|| header.own_attributes.other.get(&key))? {
+        AttributeValue::Text(text) => Some(text.to_string()),
+        _ => None,
+    }
+}

@@ -1,0 +1,287 @@
+//! A Python script for Blender: the compositor that rebuilds the picture, the world and the lamps.
+//!
+//! The script is `blender.py`, which is the same for all shots, with the shot's own numbers in front of it. They are written as
+//! JSON, whose numbers, texts and lists are Python's too.
+
+use crate::group::Group;
+use crate::lamps::{LampLayer, Layers};
+use crate::light::{ENVIRONMENT, FrameLight, Light, PlacedLamp};
+use crate::media::{Media, Stills};
+use crate::shot::Shot;
+use base::error::{Error, Result};
+use export::{ExrAlpha, LayerFiles};
+use glam::{EulerRot, Mat3, Quat, Vec3};
+use serde::Serialize;
+
+const SCRIPT: &str = include_str!("blender.py");
+/// The line of `blender.py` that the shot's numbers replace.
+const PLACE: &str = "SHOT = {}\n";
+/// The last frame that Blender counts to.
+const MOST_FRAMES: usize = 1_048_574;
+
+/// What the script knows of the shot. Lists over frames have one entry if nothing changes.
+#[derive(Serialize)]
+struct Numbers<'a> {
+    name: &'a str,
+    /// The file of the first frame.
+    picture: String,
+    /// 1 for a file for each frame, 0 for one file.
+    sequence: u8,
+    frames: [usize; 2],
+    rate: [f64; 2],
+    size: [usize; 2],
+    /// 1 if colour is divided by alpha.
+    straight: u8,
+    lamps: Vec<Lamp<'a>>,
+    /// What no lamp does; empty if there is none.
+    rest: Vec<Part>,
+    world: World,
+    placed: Vec<Placed<'a>>,
+}
+
+/// A layer: of the picture's file, or a file of its own.
+#[derive(Serialize)]
+struct Part {
+    layer: String,
+    file: String,
+}
+
+#[derive(Serialize)]
+struct Lamp<'a> {
+    name: &'a str,
+    group: &'a str,
+    #[serde(flatten)]
+    part: Part,
+    weights: Vec<[f32; 3]>,
+    /// From the subject to the lamp, in Blender's axes.
+    direction: [f32; 3],
+    /// From edge to edge, in radians.
+    angle: f32,
+    /// Irradiance per channel.
+    light: Vec<[f32; 3]>,
+}
+
+#[derive(Serialize)]
+struct World {
+    file: String,
+    /// Of the Mapping node, in radians.
+    rotation: Vec<[f32; 3]>,
+    strength: Vec<[f32; 3]>,
+}
+
+#[derive(Serialize)]
+struct Placed<'a> {
+    name: &'a str,
+    direction: [f32; 3],
+    angle: f32,
+    light: [f32; 3],
+}
+
+/// Refuses what Blender would not find.
+///
+/// # Errors
+/// When layers are parts, frames have too large numbers, or the name ends in digits that are not the frame's.
+pub fn check(media: &Media, (_, last): (usize, usize), place: LayerFiles) -> Result<()> {
+    if place == LayerFiles::Parts {
+        return Err(Error::invalid(
+            "Blender reads only the first part of an EXR, and the layers are to be parts",
+            "Write them as channels or as files (--layer-files channels)",
+        ));
+    }
+    if last > MOST_FRAMES {
+        return Err(Error::invalid(
+            format!("Blender counts frames up to {MOST_FRAMES}, and the last one is {last}"),
+            "Export a part of the interview by --frames, or leave blender out of --hand-over",
+        ));
+    }
+    match media {
+        Media::Stills(Stills {
+            digits: Some(_),
+            after,
+            ..
+        }) if after.contains(|c: char| c.is_ascii_digit()) => Err(Error::invalid(
+            format!(
+                "Blender takes the last digits of a name for the frame's number, and here {after} follows it"
+            ),
+            "Put the number last, such as shot.%04d.exr",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// The script of a shot; it is to lie beside its files.
+pub fn script(shot: &Shot) -> String {
+    let (Some(layers), Some(light), Media::Stills(stills)) =
+        (&shot.layers, &shot.light, &shot.media)
+    else {
+        return SCRIPT.to_owned();
+    };
+    let numbers = Numbers::of(shot, layers, light, stills);
+    // Numbers and texts can always be written.
+    let numbers = serde_json::to_string(&numbers).unwrap_or_default();
+    // One lamp a line.
+    let numbers = numbers.replace(",{\"name\":", ",\n{\"name\":");
+    SCRIPT.replacen(PLACE, &format!("SHOT = {numbers}\n"), 1)
+}
+
+impl<'a> Numbers<'a> {
+    fn of(shot: &'a Shot, layers: &'a Layers, light: &'a Light, stills: &Stills) -> Self {
+        let (first, last) = shot.frames;
+        let rate = shot.frame_rate();
+        let whole = rate.round().max(1.0);
+        let part = |layer: &str, files: &Option<Stills>| Part {
+            layer: layer.to_owned(),
+            file: files
+                .as_ref()
+                .map_or(String::new(), |files| files.name(first)),
+        };
+        let lamp = |(index, lamp): (usize, &'a LampLayer)| Lamp {
+            name: &lamp.lamp,
+            group: lamp.group.name(),
+            part: part(&lamp.layer, &lamp.files),
+            weights: shortened(lamp.weights.iter().copied()),
+            direction: in_blender(lamp.direction).into(),
+            // The edge of a disc is √2 times as far from its middle as the root mean square.
+            angle: disc(2.0 * 2f32.sqrt() * lamp.spread_deg),
+            light: shortened(light.frames.iter().map(|frame| frame.lamps[index])),
+        };
+        let placed = |placed: &'a PlacedLamp| Placed {
+            name: &placed.name,
+            direction: in_blender(placed.direction).into(),
+            angle: disc(placed.size_deg),
+            light: placed.light,
+        };
+        let mut lamps: Vec<_> = layers.lamps.iter().enumerate().map(lamp).collect();
+        let order = |lamp: &Lamp| {
+            Group::ALL
+                .iter()
+                .position(|group| group.name() == lamp.group)
+        };
+        lamps.sort_by_key(order);
+        Self {
+            name: &shot.name,
+            picture: stills.name(first),
+            sequence: u8::from(stills.digits.is_some()),
+            frames: [first, last],
+            rate: [whole, whole / rate],
+            size: layers.size.into(),
+            straight: u8::from(layers.alpha == ExrAlpha::Straight),
+            lamps,
+            rest: layers
+                .rest
+                .iter()
+                .map(|rest| part("rest", &rest.files))
+                .collect(),
+            world: World {
+                file: format!("{}{ENVIRONMENT}", shot.name),
+                rotation: shortened(light.frames.iter().map(rotation)),
+                strength: shortened(light.frames.iter().map(|frame| frame.strength)),
+            },
+            placed: light.placed.iter().map(placed).collect(),
+        }
+    }
+}
+
+/// The angle of a disc in radians, at most half the sphere.
+fn disc(degrees: f32) -> f32 {
+    degrees.clamp(0.0, 180.0).to_radians()
+}
+
+/// One entry if all are alike.
+fn shortened<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut all: Vec<T> = values.collect();
+    if all.windows(2).all(|pair| pair[0] == pair[1]) {
+        all.truncate(1);
+    }
+    all
+}
+
+/// Our axes in Blender's, where +Z is up and the camera looks along +Y.
+fn in_blender(d: Vec3) -> Vec3 {
+    Vec3::new(d.x, -d.z, d.y)
+}
+
+/// The rotation of the Mapping node (type Point) that shows the panorama turned as in this frame, as Euler angles XYZ in
+/// radians. The node turns the direction that is looked up, and Blender's middle column is +X.
+fn rotation(frame: &FrameLight) -> [f32; 3] {
+    let ours = Mat3::from_cols(
+        in_blender(Vec3::X),
+        in_blender(Vec3::Y),
+        in_blender(Vec3::Z),
+    );
+    let middle = Mat3::from_rotation_z(-std::f32::consts::FRAC_PI_2);
+    let looked_up = middle * ours * Mat3::from_quat(frame.turn.inverse()) * ours.transpose();
+    let (z, y, x) = Quat::from_mat3(&looked_up).to_euler(EulerRot::ZYX);
+    [x, y, z]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use light::conventions::Tool;
+    use light::weights::rotation as turned;
+
+    #[test]
+    fn a_yaw_is_the_value_that_the_window_shows_for_blender() {
+        for yaw_deg in [-170.0, -90.0, 0.0, 30.0, 179.0, 400.0] {
+            let frame = FrameLight {
+                yaw_deg,
+                turn: turned(yaw_deg, 0.0, 0.0),
+                strength: [1.0; 3],
+                lamps: vec![],
+            };
+            let [x, y, z] = rotation(&frame).map(f32::to_degrees);
+            let apart = (z - Tool::Blender.value_of_yaw(yaw_deg)).rem_euclid(360.0);
+            assert!(apart.min(360.0 - apart) < 1e-3 && x.abs() < 1e-3 && y.abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_tilted_panorama_shows_what_ours_shows() {
+        for (yaw, pitch, roll) in [(20.0, 35.0, 0.0), (-130.0, -10.0, 50.0), (0.0, 0.0, 80.0)] {
+            let turn = turned(yaw, pitch, roll);
+            let frame = FrameLight {
+                yaw_deg: yaw,
+                turn,
+                strength: [1.0; 3],
+                lamps: vec![],
+            };
+            let [x, y, z] = rotation(&frame);
+            // Blender's Euler XYZ: about X first.
+            let node =
+                Mat3::from_rotation_z(z) * Mat3::from_rotation_y(y) * Mat3::from_rotation_x(x);
+            for d in [Vec3::X, Vec3::Y, Vec3::NEG_Z, Vec3::new(0.6, -0.64, 0.48)] {
+                let ours = light::latlong::uv_from_direction(turn.inverse() * d);
+                let v = node * in_blender(d);
+                // The shader's, as in `light::conventions`.
+                let theirs = (
+                    -v.y.atan2(v.x) / std::f32::consts::TAU + 0.5,
+                    0.5 - v.z.atan2(v.x.hypot(v.y)) / std::f32::consts::PI,
+                );
+                let apart = (ours.0 - theirs.0 + 0.5).rem_euclid(1.0) - 0.5;
+                // At a pole every column is the same point.
+                let at_pole = (turn.inverse() * d).y.abs() > 0.999;
+                assert!(at_pole || apart.abs() < 1e-4, "{d}: {ours:?} {theirs:?}");
+                assert!((ours.1 - theirs.1).abs() < 1e-4, "{d}: {ours:?} {theirs:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_blender_would_not_find_is_refused() {
+        let stills = |to: &str| Media::of(to, "Blender").unwrap();
+        let said = |to: &str, last, place| {
+            let checked = check(&stills(to), (0, last), place);
+            checked.map_or_else(|e| e.to_string(), |()| String::new())
+        };
+        assert_eq!(said("a1/shot2.%04d.exr", 99, LayerFiles::Channels), "");
+        assert!(said("shot.%04d.v2.exr", 99, LayerFiles::Files).contains("number last"));
+        assert!(said("shot.%04d.exr", 4_320_000, LayerFiles::Files).contains("--frames"));
+        assert!(said("shot.%04d.exr", 9, LayerFiles::Parts).contains("channels"));
+    }
+
+    #[test]
+    fn the_script_has_a_place_for_the_numbers() {
+        assert_eq!(SCRIPT.matches(PLACE).count(), 1);
+    }
+}

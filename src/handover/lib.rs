@@ -1,0 +1,105 @@
+//! Hand-over: what Nuke, Blender and editors need to open an exported shot, written beside it.
+
+mod blender;
+mod edl;
+mod group;
+mod lamps;
+mod light;
+mod media;
+mod nuke;
+mod otio;
+mod shot;
+mod tcl;
+
+use base::error::{Error, Result};
+use base::files::write_beside;
+use base::progress::Progress;
+use export::relight::{RelightReport, RelightSettings};
+use export::{HandOver, Interview, rational_rate};
+use media::Media;
+use project::Project;
+use shot::Shot;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Relights the project's interview, writes it, and what other programs need to open it.
+///
+/// # Errors
+/// As [`export::relight::relight`], and when the shot cannot be handed over so: that is said before anything is relit.
+pub fn relight(
+    project: &Project,
+    settings: &RelightSettings,
+    progress: &Progress,
+) -> Result<RelightReport> {
+    check(project, settings)?;
+    let mut report = export::relight::relight(project, settings, progress)?;
+    if !settings.hand_over.is_empty() {
+        report.hand_over = hand_over(project, settings, &report.output, progress)?;
+    }
+    Ok(report)
+}
+
+/// Refuses what a program could not open.
+fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
+    let Some(first_asked) = settings.hand_over.first() else {
+        return Ok(());
+    };
+    let files = &settings.files;
+    if let Some(program) = (settings.hand_over.iter()).find(|p| p.needs_layers() && !files.layers) {
+        return Err(Error::invalid(
+            format!(
+                "a hand-over to {} is made of light layers, and {} is to have none",
+                program.name(),
+                files.to
+            ),
+            format!(
+                "Add --layers and write an EXR, such as shot.%04d.exr, or leave {} out of --hand-over",
+                program.name().to_lowercase()
+            ),
+        ));
+    }
+    let media = Media::of(&files.to, first_asked.name())?;
+    let frames = export::relight::frame_range(project, settings.frames)?;
+    let rate = rational_rate(project.settings.shoot.frame_rate);
+    for program in &settings.hand_over {
+        match program {
+            HandOver::Nuke => nuke::check(&media)?,
+            HandOver::Blender => blender::check(&media, frames, files.exr.layers)?,
+            HandOver::Edl => edl::check(rate)?,
+            HandOver::Otio => (),
+        }
+    }
+    Ok(())
+}
+
+/// Writes what was asked for of an export that went to `output`.
+fn hand_over(
+    project: &Project,
+    settings: &RelightSettings,
+    output: &str,
+    progress: &Progress,
+) -> Result<Vec<PathBuf>> {
+    let interview = Interview::of(project)?;
+    let shot = Shot::of(project, settings, &interview, output, progress)?;
+    let mut written = Vec::new();
+    for &program in &settings.hand_over {
+        let path = shot.file(program.ending());
+        if written.contains(&path) {
+            continue;
+        }
+        let text = match program {
+            HandOver::Nuke => nuke::script(&shot),
+            HandOver::Blender => {
+                if let Some(light) = &shot.light {
+                    light.write_environment(&shot.file(light::ENVIRONMENT))?;
+                }
+                blender::script(&shot)
+            }
+            HandOver::Otio => otio::timeline(&shot),
+            HandOver::Edl => edl::list(&shot),
+        };
+        write_beside(&path, |out| out.write_all(text.as_bytes()))?;
+        written.push(path);
+    }
+    Ok(written)
+}

@@ -1,0 +1,164 @@
+//! The files that an export wrote, as names with a frame number in them.
+
+use base::error::{Error, Result};
+use export::Destination;
+use std::path::{Path, PathBuf};
+
+/// What was exported.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Media {
+    Movie(PathBuf),
+    Stills(Stills),
+}
+
+/// A file for each frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stills {
+    /// Absolute.
+    pub folder: PathBuf,
+    /// The name before the frame's number; the whole name if it has none.
+    pub before: String,
+    /// Least number of digits; None for one still without a number.
+    pub digits: Option<usize>,
+    /// The name behind the frame's number.
+    pub after: String,
+}
+
+impl Media {
+    /// The export to `to`, as a person wrote it. `program` is what asks.
+    ///
+    /// # Errors
+    /// When it is not understood, or the frame's number is in a folder's name.
+    pub fn of(to: &str, program: &str) -> Result<Self> {
+        let absolute = |path: &str| {
+            std::path::absolute(path)
+                .map_err(|e| Error::io("find", Path::new(path), e, "Give a full path"))
+        };
+        let stills = match Destination::parse(to)? {
+            Destination::Clip(path) => return Ok(Self::Movie(absolute(&path.to_string_lossy())?)),
+            Destination::Stills(stills) => stills,
+        };
+        let (before, digits, after) = stills.parts();
+        if after.contains(std::path::is_separator) {
+            return Err(Error::invalid(
+                format!("{program} finds no frames in {to}, whose folders are numbered"),
+                "Number the files alone, such as shot/shot.%04d.exr",
+            ));
+        }
+        let cut = before.rfind(std::path::is_separator).map_or(0, |at| at + 1);
+        let (folder, before) = before.split_at(cut);
+        Ok(Self::Stills(Stills {
+            folder: absolute(if folder.is_empty() { "." } else { folder })?,
+            before: before.to_owned(),
+            digits,
+            after: after.to_owned(),
+        }))
+    }
+
+    /// The folder that holds it.
+    pub fn folder(&self) -> &Path {
+        match self {
+            Self::Movie(path) => path.parent().unwrap_or(Path::new("/")),
+            Self::Stills(stills) => &stills.folder,
+        }
+    }
+
+    /// What the shot is called: the name without number and ending.
+    pub fn shot_name(&self) -> String {
+        let name = match self {
+            Self::Movie(path) => path.file_stem().map(|s| s.to_string_lossy().into_owned()),
+            Self::Stills(stills) if stills.digits.is_some() => Some(stills.before.clone()),
+            Self::Stills(stills) => Path::new(&stills.before)
+                .file_stem()
+                .map(|s| s.to_string_lossy().into_owned()),
+        };
+        let name = name.unwrap_or_default();
+        match name.trim_end_matches(['.', '_', '-', ' ']) {
+            "" => "shot".to_owned(),
+            name => name.to_owned(),
+        }
+    }
+}
+
+impl Stills {
+    /// The name of the file of a frame.
+    pub fn name(&self, frame: usize) -> String {
+        let number = self
+            .digits
+            .map_or(String::new(), |digits| format!("{frame:0digits$}"));
+        format!("{}{number}{}", self.before, self.after)
+    }
+
+    /// The names of another file for each frame, of which that of `frame` is `name`.
+    pub fn like(&self, name: &str, frame: usize) -> Self {
+        let Some(digits) = self.digits else {
+            return Self {
+                before: name.to_owned(),
+                ..self.clone()
+            };
+        };
+        let number = format!("{frame:0digits$}");
+        let (stem, ending) = name.rfind('.').map_or((name, ""), |dot| name.split_at(dot));
+        let (before, after) = match stem.strip_suffix(&number) {
+            Some(before) => (before, ending),
+            None => {
+                let behind = name.strip_prefix(&format!("{}{number}", self.before));
+                behind.map_or((name, ""), |after| (self.before.as_str(), after))
+            }
+        };
+        Self {
+            before: before.to_owned(),
+            after: after.to_owned(),
+            ..self.clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stills(to: &str) -> Stills {
+        match Media::of(to, "Nuke").unwrap() {
+            Media::Stills(stills) => stills,
+            Media::Movie(path) => panic!("{} is a movie", path.display()),
+        }
+    }
+
+    #[test]
+    fn names_are_cut_at_the_frame_number() {
+        let shot = stills("a b/it's 100%% \"x\".%04d.exr");
+        assert!(shot.folder.is_absolute() && shot.folder.ends_with("a b"));
+        assert_eq!(shot.name(7), "it's 100% \"x\".0007.exr");
+        assert_eq!(shot.name(4_320_000), "it's 100% \"x\".4320000.exr");
+        let name = |to: &str| Media::of(to, "Nuke").unwrap().shot_name();
+        assert_eq!(name("a b/it's 100%%.%04d.exr"), "it's 100%");
+        assert_eq!(name("é/Ünïcode_%d.exr"), "Ünïcode");
+        assert_eq!(name("%04d.exr"), "shot");
+        assert_eq!(name("one.exr"), "one");
+        assert_eq!(name("a/clip 1.mov"), "clip 1");
+    }
+
+    #[test]
+    fn a_layers_files_are_numbered_like_the_pictures() {
+        for to in ["shot.%04d.exr", "shot%d.exr", "%02d.exr", "shot.%03d.a.exr"] {
+            let shot = stills(to);
+            let layer = |frame| {
+                let path = export::beside(Path::new(&shot.name(frame)), "light_07");
+                path.to_str().unwrap().to_owned()
+            };
+            let files = shot.like(&layer(7), 7);
+            for frame in [0, 7, 70, 12_345] {
+                assert_eq!(files.name(frame), layer(frame), "{to}");
+            }
+        }
+        let one = stills("one.exr");
+        assert_eq!(one.like("one.light_00.exr", 7).name(7), "one.light_00.exr");
+    }
+
+    #[test]
+    fn numbered_folders_are_refused_in_a_sentence() {
+        let error = Media::of("a/%d/b.exr", "Nuke").unwrap_err().to_string();
+        assert!(error.contains("folders are numbered"), "{error}");
+    }
+}

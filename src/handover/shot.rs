@@ -1,0 +1,147 @@
+//! An exported shot, as other programs need to know it.
+
+use crate::lamps::Layers;
+use crate::light::Light;
+use crate::media::Media;
+use base::error::{Error, Result};
+use base::progress::Progress;
+use calibration::Calibration;
+use export::relight::{RelightSettings, frame_range};
+use export::{HandOver, Interview, TimeCode, rational_rate};
+use project::Project;
+use std::path::PathBuf;
+
+/// The shot.
+pub struct Shot {
+    pub name: String,
+    pub media: Media,
+    /// First and last frame; their numbers are the files'.
+    pub frames: (usize, usize),
+    /// Frames per second as a fraction.
+    pub rate: (i32, u32),
+    /// Of the first frame.
+    pub time_code: TimeCode,
+    /// Of the interview's movie.
+    pub reel: Option<String>,
+    pub has_sound: bool,
+    /// The environment's name or file, as it was asked for.
+    pub environment: String,
+    /// If a program was asked for that needs them.
+    pub layers: Option<Layers>,
+    /// As `layers`.
+    pub light: Option<Light>,
+}
+
+impl Shot {
+    /// The shot that an export of the project made at `output`.
+    ///
+    /// # Errors
+    /// When its files, the calibration or the environment cannot be read.
+    pub fn of(
+        project: &Project,
+        settings: &RelightSettings,
+        interview: &Interview,
+        output: &str,
+        progress: &Progress,
+    ) -> Result<Self> {
+        let program = settings.hand_over.first().map_or("", |p| p.name());
+        let media = Media::of(output, program)?;
+        let frames = frame_range(project, settings.frames)?;
+        warn_of_uneven_times(interview, frames, progress)?;
+        let has_sound = match &media {
+            Media::Movie(path) => match &*movies::open(path)? {
+                movies::Source::Movie(movie) => movie.info().has_sound,
+                movies::Source::Sequence(_) => false,
+            },
+            Media::Stills(_) => false,
+        };
+        let mut shot = Self {
+            name: media.shot_name(),
+            media,
+            frames,
+            rate: rational_rate(interview.frame_rate),
+            time_code: interview.time_code(frames.0),
+            reel: interview.reel().map(str::to_owned),
+            has_sound,
+            environment: settings.environment.display().to_string(),
+            layers: None,
+            light: None,
+        };
+        if settings
+            .hand_over
+            .iter()
+            .copied()
+            .any(HandOver::needs_layers)
+        {
+            let Media::Stills(stills) = &shot.media else {
+                return Err(Error::bug(format!("{output} has no light layers")));
+            };
+            let rig = &Calibration::load(project)?.rig;
+            shot.layers = Some(Layers::read(stills, frames, rig, progress)?);
+            shot.light = Some(Light::of(project, settings, frames, rig)?);
+        }
+        Ok(shot)
+    }
+
+    /// A file beside the shot, with this ending behind its name.
+    pub fn file(&self, ending: &str) -> PathBuf {
+        self.media.folder().join(format!("{}{ending}", self.name))
+    }
+
+    /// Number of frames.
+    pub fn count(&self) -> usize {
+        self.frames.1 - self.frames.0 + 1
+    }
+
+    /// In frames per second.
+    pub fn frame_rate(&self) -> f64 {
+        f64::from(self.rate.0) / f64::from(self.rate.1)
+    }
+}
+
+/// Says if the interview's movie has no steady rate, for programs count with one.
+fn warn_of_uneven_times(
+    interview: &Interview,
+    (first, last): (usize, usize),
+    progress: &Progress,
+) -> Result<()> {
+    let Some(source) = &interview.source else {
+        return Ok(());
+    };
+    let movies::Source::Movie(movie) = &*movies::open(&source.file)? else {
+        return Ok(());
+    };
+    let from = source.first_frame as u64;
+    let frames = (from + first as u64, from + last as u64);
+    let drift = movie.drift(frames, interview.frame_rate)?;
+    if drift >= 1.0 {
+        progress.say(format!(
+            "{} has no steady rate of {:.3} frames per second: its times are up to {drift:.1} frames off. Time codes count \
+             frames; make the movie's rate constant before the import if they are to follow its clock",
+            source.file.display(),
+            interview.frame_rate
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+
+    /// Five frames of a film, from frame 10 on.
+    pub fn shot(media: Media) -> Shot {
+        Shot {
+            name: media.shot_name(),
+            media,
+            frames: (10, 14),
+            rate: (24, 1),
+            time_code: TimeCode::parse("10:00:00:10", 24.0).unwrap(),
+            reel: Some("A001_C002_1024XY".to_owned()),
+            has_sound: false,
+            environment: "nave".to_owned(),
+            layers: None,
+            light: None,
+        }
+    }
+}

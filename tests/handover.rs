@@ -1,0 +1,54 @@
+//! A shot handed over: Nuke's script and Blender's rebuild the picture, and editors read the timeline.
+
+#[path = "handover/blender.rs"]
+mod blender;
+#[path = "handover/exr_file.rs"]
+mod exr_file;
+#[path = "handover/nuke.rs"]
+mod nuke;
+#[path = "handover/nuke_script.rs"]
+mod nuke_script;
+mod program;
+#[path = "handover/refusals.rs"]
+mod refusals;
+#[path = "handover/timeline.rs"]
+mod timeline;
+
+use program::succeed;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+use tempfile::TempDir;
+
+/// A folder with a trained project of four frames and six lamps, `film`.
+static FOLDER: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    for command in [
+        "stage shoot --size 32 --frames 4 --lamps 6 --json",
+        "import film --shoot shoot --size 32 --json",
+        "calibrate film --json",
+        "train film --epochs 1 --device cpu --json",
+    ] {
+        let arguments: Vec<&str> = command.split(' ').collect();
+        succeed(folder.path(), &arguments);
+    }
+    folder
+});
+
+/// Where a shot goes, in a folder of its own: a name that is hard to write down.
+const HARD_NAME: &str = "it's \"é\" {1}.%04d.exr";
+
+/// Relights the project and hands it over to a folder of its own; the figures, and that folder.
+fn handed_over(folder: &str, to: &str, options: &str) -> (Value, PathBuf) {
+    let at = FOLDER.path();
+    let to = format!("{folder}/{to}");
+    let mut arguments = vec!["relight", "film", "--device", "cpu", "--json", "--to", &to];
+    arguments.extend(options.split(' '));
+    let figures = succeed(at, &arguments);
+    (figures, at.join(folder))
+}
+
+/// The picture's channels of the shot's frame.
+fn picture(folder: &Path, frame: usize) -> exr_file::Channels {
+    exr_file::read(&folder.join(HARD_NAME.replace("%04d", &format!("{frame:04}"))))
+}

@@ -1,0 +1,196 @@
+use crate::exr_file::{Channels, read};
+use crate::{FOLDER, HARD_NAME, handed_over, picture};
+use afterlight::calibration::Calibration;
+use afterlight::imaging::Image;
+use afterlight::light::latlong::{texel_direction, texel_solid_angle};
+use afterlight::light::weights::rotation;
+use afterlight::light::{Environment, Rig};
+use afterlight::project::Project;
+use glam::Vec3;
+use std::f32::consts::FRAC_1_PI;
+use std::path::Path;
+use std::process::Command;
+use test_support::{blender, repository};
+
+const LOOK: &str =
+    "--environment nave --yaw 20 --yaw-keys 0:0,3:90 --exposure 0.5 --layers --hand-over blender";
+
+/// Runs Blender without a window on the shot's script; its words, if it went wrong.
+fn run(folder: &Path, more: &[&str]) -> Result<(), String> {
+    let script = folder.join(HARD_NAME.replace(".%04d.exr", ".blender.py"));
+    let output = Command::new("blender")
+        .args(["-b", "--factory-startup", "--python-exit-code", "1", "-P"])
+        .arg(script)
+        .args(more)
+        .output()
+        .unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    let said = String::from_utf8_lossy(&said).into_owned();
+    if output.status.success() {
+        Ok(())
+    } else {
+        Err(said)
+    }
+}
+
+/// The largest difference of a frame that Blender rebuilt to the picture in the files, and the brightest value there.
+fn residual(folder: &Path, frame: usize) -> (f32, f32) {
+    let name = HARD_NAME.replace(".%04d.exr", "");
+    let made = read(&folder.join(format!("{name}.blender/{name}.{frame:04}.exr")));
+    let wanted = picture(folder, frame);
+    assert_eq!((made.width, made.height), (wanted.width, wanted.height));
+    let mut largest = 0f32;
+    for channel in ["rgba.red", "rgba.green", "rgba.blue", "rgba.alpha"] {
+        for (a, b) in made.get(channel).iter().zip(wanted.get(channel)) {
+            largest = largest.max((a - b).abs());
+        }
+    }
+    (largest, wanted.brightest())
+}
+
+#[test]
+fn blender_rebuilds_the_picture_from_its_layers() {
+    if !blender() {
+        return;
+    }
+    let (_, folder) = handed_over("blender shot", HARD_NAME, LOOK);
+    run(&folder, &["-a"]).unwrap();
+    for frame in 0..4 {
+        let (largest, brightest) = residual(&folder, frame);
+        println!("frame {frame}: {largest:.2e} of {brightest:.3}");
+        assert!(
+            brightest > 0.1 && largest <= 1e-3 * brightest,
+            "{largest} of {brightest}"
+        );
+    }
+    // A file that is gone is said, and nothing is rendered.
+    std::fs::remove_file(folder.join(HARD_NAME.replace("%04d", "0000"))).unwrap();
+    let said = run(&folder, &[]).unwrap_err();
+    assert!(
+        said.contains("is missing; keep the script beside"),
+        "{said}"
+    );
+}
+
+#[test]
+fn blender_finds_layers_that_are_files() {
+    if !blender() {
+        return;
+    }
+    let options = format!("{LOOK} --frames 2-3 --no-background --layer-files files");
+    let (_, folder) = handed_over("blender files", HARD_NAME, &options);
+    run(&folder, &["-a"]).unwrap();
+    for frame in 2..4 {
+        let (largest, brightest) = residual(&folder, frame);
+        assert!(largest <= 1e-3 * brightest, "{largest} of {brightest}");
+    }
+}
+
+/// Mean difference of two greens over the mean of the second, where `counts`.
+fn error(made: &Channels, wanted: impl Fn(usize, usize) -> Option<f32>) -> f32 {
+    let green = made.get("rgba.green");
+    let (mut apart, mut whole) = (0.0, 0.0);
+    for (i, made_value) in green.iter().enumerate() {
+        if let Some(wanted) = wanted(i % made.width, i / made.width) {
+            apart += (made_value - wanted).abs();
+            whole += wanted;
+        }
+    }
+    apart / whole
+}
+
+/// A pixel of 32 from its middle, −1 to 1, to the right and up.
+fn place(x: usize, y: usize) -> (f32, f32) {
+    ((x as f32 + 0.5) / 16.0 - 1.0, 1.0 - (y as f32 + 0.5) / 16.0)
+}
+
+/// The normal of the ball that a pixel shows, well inside of its outline.
+fn normal(x: usize, y: usize) -> Option<Vec3> {
+    let (across, up) = place(x, y);
+    let rest = 1.0 - across * across - up * up;
+    (rest > 0.1).then(|| Vec3::new(across, up, rest.sqrt()))
+}
+
+#[test]
+fn world_and_lamps_light_as_ours_do() {
+    if !blender() {
+        return;
+    }
+    let options = format!("{LOOK} --pitch 25 --intensity 0.5");
+    let (_, folder) = handed_over("blender light", HARD_NAME, &options);
+    let look = repository("tests/handover/look.py");
+    let at = folder.to_str().unwrap();
+    run(&folder, &["-P", look.to_str().unwrap(), "--", "3", at]).unwrap();
+
+    let panorama = read(&folder.join(HARD_NAME.replace(".%04d.exr", ".environment.exr")));
+    let [r, g, b] = ["rgba.red", "rgba.green", "rgba.blue"].map(|name| panorama.get(name));
+    let radiance = Image {
+        width: panorama.width,
+        height: panorama.height,
+        pixels: (0..r.len()).map(|i| [r[i], g[i], b[i]]).collect(),
+    };
+    let sky = Environment::from_radiance("sky", radiance);
+    let level = afterlight::compositor::Levels::of_environment(&sky) * 2f32.powf(0.5 + 0.5);
+    // Yaw 20°, and the key 90° at frame 3.
+    let back = rotation(110.0, 25.0, 0.0).inverse();
+
+    // What the camera sees within 90°, as the mean of 16 points of a pixel.
+    let seen = |x: usize, y: usize| {
+        let (across, up) = place(x, y);
+        let points = (0..16).map(|i| {
+            let part = |n: usize| ((n as f32 + 0.5) / 4.0 - 0.5) / 16.0;
+            let d = Vec3::new(across + part(i % 4), up + part(i / 4), -1.0);
+            level * sky.radiance(back * d)[1]
+        });
+        Some(points.sum::<f32>() / 16.0)
+    };
+    let sky_error = error(&read(&folder.join("sky.exr")), seen);
+
+    // A matte ball of albedo 0.5 under all of it.
+    let small = sky.reduced(128);
+    let lit = |normal: Vec3| -> f32 {
+        let mut sum = 0.0;
+        for y in 0..64 {
+            for x in 0..128 {
+                let d = back.inverse() * texel_direction(x, y, 128, 64);
+                let facing = normal.dot(d).max(0.0) * texel_solid_angle(y, 128, 64) as f32;
+                sum += facing * small.radiance.at(x, y)[1];
+            }
+        }
+        0.5 * FRAC_1_PI * level * sum
+    };
+    let under_sky = |x, y| normal(x, y).map(lit);
+    let world_error = error(&read(&folder.join("world.exr")), under_sky);
+
+    // The same under the rig's lamps, with the weights of the shot.
+    let project = Project::open(&FOLDER.path().join("film")).unwrap();
+    let rig: Rig = Calibration::load(&project).unwrap().rig;
+    let lighting = afterlight::light::Lighting {
+        pitch_deg: 25.0,
+        intensity_stops: 0.5,
+        ..Default::default()
+    };
+    let weighting = lighting.weighting;
+    let weights = afterlight::light::lighting::EnvironmentWeights::new(&sky, &rig, weighting)
+        .weights(&lighting, 110.0, 1.0);
+    let under_lamps = |x, y| {
+        normal(x, y).map(|normal| {
+            let lamps = rig.lamps.iter().zip(&weights.per_lamp);
+            let light = lamps.map(|(lamp, weight)| {
+                let irradiance = lamp.energy[1] * weight[1] * level / 2f32.sqrt();
+                irradiance * normal.dot(lamp.direction).max(0.0)
+            });
+            0.5 * FRAC_1_PI * light.sum::<f32>()
+        })
+    };
+    let lamps_error = error(&read(&folder.join("lamps.exr")), under_lamps);
+    println!("sky {sky_error:.4}, ball under it {world_error:.4}, under lamps {lamps_error:.4}");
+    assert!(sky_error < 0.02 && world_error < 0.03 && lamps_error < 0.03);
+    // Turned the other way, it is another picture.
+    let wrong = rotation(-110.0, 25.0, 0.0).inverse();
+    let wrong = error(&read(&folder.join("sky.exr")), |x, y| {
+        let (across, up) = place(x, y);
+        Some(level * sky.radiance(wrong * Vec3::new(across, up, -1.0))[1])
+    });
+    assert!(wrong > 0.2, "{wrong}");
+}
