@@ -68,6 +68,17 @@ key Escape
 key question
 shot keys 2
 key Escape
+# A turn between two keys: its lane, then its curve with the tangents of the first key.
+key k
+key End
+sleep 3
+drag 560 300 660 300
+shot lanes
+key Home
+xdotool mousemove 476 586 click 1
+shot curve
+xdotool mousemove 640 330
+key ctrl+z ctrl+z
 # Nothing is pointed at from here on.
 xdotool mousemove 640 708
 key ctrl+1

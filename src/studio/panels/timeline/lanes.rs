@@ -101,7 +101,8 @@ impl TimelinePanel {
                 .id_salt(("lane", of))
                 .max_rect(left)
                 .layout(Layout::right_to_left(Align::Center));
-            ui.scope_builder(beside, |ui| self.name_ui(ui, context, of, out));
+            // A child of its own: it makes no lane higher.
+            self.name_ui(&mut ui.new_child(beside), context, of, out);
             rows.push(row);
         }
         rows
@@ -117,6 +118,8 @@ impl TimelinePanel {
         let look = &context.state.look;
         let title = of.title(&look.lighting);
         ui.spacing_mut().item_spacing.x = 4.0;
+        ui.spacing_mut().interact_size.y = ROW - 2.0;
+        ui.spacing_mut().button_padding.y = 0.0;
         let lane = format!("{title} lane");
         diamond::after_ui(ui, context, (&[of], &lane), out);
         self.curve_button_ui(ui, of, &title);
@@ -128,7 +131,7 @@ impl TimelinePanel {
             .fixed_decimals(unit.decimals())
             .suffix(unit.suffix());
         let width = VALUE.min(0.4 * ui.available_width());
-        let field = ui.add_sized(vec2(width, ROW - 2.0), field);
+        let field = ui.add_sized(vec2(width, ROW - 4.0), field);
         if field.changed() {
             let mut keys = look.keys(of).clone();
             let frame = context.state.frame as f64;

@@ -165,10 +165,10 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
             .interact_pointer_pos()
             .filter(|_| response.dragged())
         {
-            let to = track.frame_at(to.x + outwards * -0.5 * HANDLE);
+            let cut = track.cut_at(to.x - outwards * 0.5 * HANDLE);
             let frames = match is_in {
-                true => (to.min(last), last),
-                false => (first, to.max(first)),
+                true => (cut.min(last), last),
+                false => (first, cut.saturating_sub(1).max(first)),
             };
             if frames != (first, last) {
                 let options = ExportOptions {

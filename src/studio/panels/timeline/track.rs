@@ -55,6 +55,12 @@ impl Track {
         frame.min(self.frames.saturating_sub(1))
     }
 
+    /// How many frames lie before the border of two frames that is nearest to a place.
+    pub fn cut_at(&self, x: f32) -> usize {
+        let cut = ((x - self.across.min) / self.cell().max(f32::MIN_POSITIVE)).round();
+        (cut.max(0.0) as usize).min(self.frames)
+    }
+
     /// The frames that have numbers on the ruler.
     pub fn numbered(&self) -> impl Iterator<Item = usize> {
         (0..self.frames).step_by(step(NUMBER, self.cell()))
@@ -109,5 +115,7 @@ mod tests {
             (track.frame_at(-1e9), track.frame_at(f32::INFINITY)),
             (0, 7)
         );
+        let cuts = [-9.0, 124.0, 126.0, 149.0, 9e9].map(|x| track.cut_at(x));
+        assert_eq!(cuts, [0, 0, 1, 1, 8]);
     }
 }
