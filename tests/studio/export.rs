@@ -674,6 +674,9 @@ fn every_frame_of_an_animation_is_exported_as_it_is_shown() {
     for setting in ["Yaw", "Pitch", "Temperature", "Exposure", "Vignette"] {
         let lane = format!("{setting} lane");
         let value = window.get_by_role_and_label(Role::SpinButton, &lane);
+        value.scroll_to_me();
+        window.run_steps(4);
+        let value = window.get_by_role_and_label(Role::SpinButton, &lane);
         let from = value.rect().center();
         let to = from + egui::vec2(60.0, 0.0);
         drag(

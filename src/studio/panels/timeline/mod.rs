@@ -86,11 +86,10 @@ impl TimelinePanel {
             Self::empty_ui(ui, below);
         } else if below.is_positive() {
             self.below_ui(ui, context, (track, gutter), below, out);
+            let head = Stroke::new(1.0, theme::ACCENT);
+            let now = track.x(context.state.frame as f64);
+            ui.painter().vline(now, below.y_range(), head);
         }
-        let head = Stroke::new(1.0, theme::ACCENT);
-        let now = track.x(context.state.frame as f64);
-        ui.painter()
-            .vline(now, bar.bottom()..=area.bottom().max(bar.bottom()), head);
         self.press_ui(ui, context, out);
         if let Some(note) = &self.note {
             let place = area.with_min_y(area.bottom() - NOTE);
