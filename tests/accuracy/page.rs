@@ -191,33 +191,33 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
         .methods
         .chunk_by(|a, b| a.method == b.method && a.minutes() == b.minutes())
     {
-        let figure = |of: &dyn Fn(&Value) -> Option<f64>, digits: usize| {
-            let found = Figure::of(same.iter().filter_map(|one| of(&one.kept.result)));
-            match found {
-                Some(figure) if figure.low >= evaluation::metrics::MAX_DECIBELS => {
-                    "exact".to_owned()
-                }
-                Some(figure) => figure.text(digits),
-                None => "–".to_owned(),
-            }
+        let found = |of: &dyn Fn(&Value) -> Option<f64>| {
+            Figure::of(same.iter().filter_map(|one| of(&one.kept.result)))
+        };
+        let text_of = |figure: Option<Figure>, digits: usize| {
+            figure.map_or("–".to_owned(), |figure| figure.text(digits))
+        };
+        let decibels = |of: &dyn Fn(&Value) -> Option<f64>| match found(of) {
+            Some(figure) if figure.low >= evaluation::metrics::MAX_DECIBELS => "exact".to_owned(),
+            figure => text_of(figure, 1),
         };
         let _ = write!(text, "| {} |", words(same[0].method));
         for name in &environments {
-            let db = figure(&|scores| scores["relit_psnr_db"][name].as_f64(), 1);
+            let db = decibels(&|scores| scores["relit_psnr_db"][name].as_f64());
             let _ = write!(text, " {db} |");
         }
         let training = match same[0].minutes() {
             None => "none".to_owned(),
             Some(minutes) => format!(
                 "{minutes:.1} min, {} steps",
-                figure(&|scores| scores["training_steps"].as_f64(), 0)
+                text_of(found(&|scores| scores["training_steps"].as_f64()), 0)
             ),
         };
         let _ = writeln!(
             text,
             " {} | {} | {training} |",
-            figure(&|scores| scores["olat_psnr_db"].as_f64(), 1),
-            figure(&|scores| scores["frame_ms"].as_f64(), 1)
+            decibels(&|scores| scores["olat_psnr_db"].as_f64()),
+            text_of(found(&|scores| scores["frame_ms"].as_f64()), 1)
         );
     }
     let mut trained: Vec<&Step> = (steps.iter())

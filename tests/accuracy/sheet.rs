@@ -229,19 +229,17 @@ mod tests {
         let bytes = std::fs::metadata(&path).unwrap().len();
         assert!(bytes > 1000 && bytes <= MOST_BYTES as u64, "{bytes}");
         let sheet = read_encoded(&path)?.0;
-        // Amber is at the corner of the network's first picture, and of the ratio's second.
-        let amber = |x: usize, y: usize| sheet.at(x, y)[0] > 0.8 && sheet.at(x, y)[2] < 0.5;
-        let across = sheet.width / 4;
-        let middle = SIDE * 48 / 64 / 2;
-        assert!(
-            amber(across + 5, middle),
-            "{:?}",
-            sheet.at(across + 5, middle)
-        );
-        assert!(!amber(2 * across + 5, middle) && !amber(3 * across + 5, middle));
-        let down = sheet.height / 4;
-        let second = 2 * down + middle;
-        assert!(amber(2 * across + 5, second) && !amber(across + 5, second));
+        // Amber is at the left of the network's first picture, and of the ratio's second. Between tiles are four pixels.
+        let amber = |tile: usize, y: usize| {
+            let pixel = sheet.at(4 + tile * (SIDE + 4) + 1, y);
+            pixel[0] > 0.8 && pixel[2] < 0.5
+        };
+        let middle = 4 + SIDE * 48 / 64 / 2;
+        let found = [1, 2, 3].map(|tile| amber(tile, middle));
+        assert_eq!(found, [true, false, false]);
+        let second = middle + (sheet.height - 4) / 2;
+        let found = [1, 2, 3].map(|tile| amber(tile, second));
+        assert_eq!(found, [false, true, false]);
         Ok(())
     }
 }
