@@ -178,7 +178,7 @@ fn world_and_lamps_light_as_ours_do() {
     println!("sky {sky_error:.4}, ball under it {world_error:.4}, under lamps {lamps_error:.4}");
     // The ball has Cycles' noise; some lamps are discs of a third of the sky, here points.
     assert!(sky_error < 0.005 && world_error < 0.03 && lamps_error < 0.05);
-    // Turned the other way, it is another picture.
+    // Turned the other way, or with left and right exchanged, it is another picture.
     let wrong = rotation(-110.0, 25.0, 0.0).inverse();
     let wrong = error(&read(&folder.join("sky.exr")), |x, y| {
         let (across, up) = place(x, y);
@@ -191,5 +191,6 @@ fn world_and_lamps_light_as_ours_do() {
         under_sky(31 - x, y)
     });
     let wrong = [wrong, turned_lamps, turned_world];
-    assert!(wrong.iter().all(|error| *error > 0.2), "{wrong:?}");
+    // Three times what is allowed.
+    assert!(wrong.iter().all(|error| *error > 0.15), "{wrong:?}");
 }
