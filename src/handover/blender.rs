@@ -12,6 +12,7 @@ use base::error::{Error, Result};
 use export::{ExrAlpha, LayerFiles};
 use glam::{EulerRot, Mat3, Quat, Vec3};
 use serde::Serialize;
+use std::path::Path;
 
 const SCRIPT: &str = include_str!("blender.py");
 /// The line of `blender.py` that the shot's numbers replace.
@@ -94,19 +95,27 @@ pub fn check(media: &Media, (_, last): (usize, usize), place: LayerFiles) -> Res
             "Export a part of the interview by --frames, or leave blender out of --hand-over",
         ));
     }
-    match media {
-        Media::Stills(Stills {
-            digits: Some(_),
-            after,
-            ..
-        }) if after.contains(|c: char| c.is_ascii_digit()) => Err(Error::invalid(
+    let Media::Stills(stills) = media else {
+        return Ok(());
+    };
+    let files = match place {
+        LayerFiles::Files => {
+            let layer = export::beside(Path::new(&stills.name(last)), "light_00");
+            stills.like(&layer.to_string_lossy(), last)
+        }
+        _ => stills.clone(),
+    };
+    let is_number = |c: char| c.is_ascii_digit();
+    if files.digits.is_some() && files.after.contains(is_number) {
+        return Err(Error::invalid(
             format!(
-                "Blender takes the last digits of a name for the frame's number, and here {after} follows it"
+                "Blender takes the last digits of a name for the frame's number, and in {} others follow it",
+                files.name(last)
             ),
-            "Put the number last, such as shot.%04d.exr",
-        )),
-        _ => Ok(()),
+            "Put the number last, with a dot before it, such as shot.%04d.exr",
+        ));
     }
+    Ok(())
 }
 
 /// The script of a shot; it is to lie beside its files.
@@ -276,6 +285,9 @@ mod tests {
         };
         assert_eq!(said("a1/shot2.%04d.exr", 99, LayerFiles::Channels), "");
         assert!(said("shot.%04d.v2.exr", 99, LayerFiles::Files).contains("number last"));
+        assert!(said("shot%04d.exr", 7, LayerFiles::Files).contains("dot before it"));
+        assert_eq!(said("shot%04d.exr", 7, LayerFiles::Channels), "");
+        assert_eq!(said("shot_%04d.exr", 7, LayerFiles::Files), "");
         assert!(said("shot.%04d.exr", 4_320_000, LayerFiles::Files).contains("--frames"));
         assert!(said("shot.%04d.exr", 9, LayerFiles::Parts).contains("channels"));
     }

@@ -98,12 +98,13 @@ impl Stills {
             };
         };
         let number = format!("{frame:0digits$}");
-        let (stem, ending) = name.rfind('.').map_or((name, ""), |dot| name.split_at(dot));
-        let (before, after) = match stem.strip_suffix(&number) {
-            Some(before) => (before, ending),
+        let picture = format!("{}{number}", self.before);
+        let (before, after) = match name.strip_prefix(&picture) {
+            Some(after) => (self.before.as_str(), after),
             None => {
-                let behind = name.strip_prefix(&format!("{}{number}", self.before));
-                behind.map_or((name, ""), |after| (self.before.as_str(), after))
+                let dot = name.rfind('.').unwrap_or(name.len());
+                let (stem, ending) = name.split_at(dot);
+                (stem.strip_suffix(&number).unwrap_or(stem), ending)
             }
         };
         Self {

@@ -33,19 +33,13 @@ fn run(folder: &Path, more: &[&str]) -> Result<(), String> {
     }
 }
 
-/// The largest difference of a frame that Blender rebuilt to the picture in the files, and the brightest value there.
-fn residual(folder: &Path, frame: usize) -> (f32, f32) {
+/// The largest difference of a frame that Blender rebuilt to the picture in the files, in multiples of the value there.
+fn residual(folder: &Path, frame: usize) -> f32 {
     let name = HARD_NAME.replace(".%04d.exr", "");
     let made = read(&folder.join(format!("{name}.blender/{name}.{frame:04}.exr")));
     let wanted = picture(folder, frame);
-    assert_eq!((made.width, made.height), (wanted.width, wanted.height));
-    let mut largest = 0f32;
-    for channel in ["rgba.red", "rgba.green", "rgba.blue", "rgba.alpha"] {
-        for (a, b) in made.get(channel).iter().zip(wanted.get(channel)) {
-            largest = largest.max((a - b).abs());
-        }
-    }
-    (largest, wanted.brightest())
+    assert!(wanted.brightest() > 0.1);
+    made.residual(&wanted)
 }
 
 #[test]
@@ -56,12 +50,9 @@ fn blender_rebuilds_the_picture_from_its_layers() {
     let (_, folder) = handed_over("blender shot", HARD_NAME, LOOK);
     run(&folder, &["-a"]).unwrap();
     for frame in 0..4 {
-        let (largest, brightest) = residual(&folder, frame);
-        println!("frame {frame}: {largest:.2e} of {brightest:.3}");
-        assert!(
-            brightest > 0.1 && largest <= 1e-3 * brightest,
-            "{largest} of {brightest}"
-        );
+        let largest = residual(&folder, frame);
+        println!("frame {frame}: within {largest:.2e} of each value");
+        assert!(largest <= 1e-3, "{largest}");
     }
     // A file that is gone is said, and nothing is rendered.
     std::fs::remove_file(folder.join(HARD_NAME.replace("%04d", "0000"))).unwrap();
@@ -81,8 +72,8 @@ fn blender_finds_layers_that_are_files() {
     let (_, folder) = handed_over("blender files", HARD_NAME, &options);
     run(&folder, &["-a"]).unwrap();
     for frame in 2..4 {
-        let (largest, brightest) = residual(&folder, frame);
-        assert!(largest <= 1e-3 * brightest, "{largest} of {brightest}");
+        let largest = residual(&folder, frame);
+        assert!(largest <= 1e-3, "{largest}");
     }
 }
 
@@ -116,7 +107,7 @@ fn world_and_lamps_light_as_ours_do() {
     if !blender() {
         return;
     }
-    let options = format!("{LOOK} --pitch 25 --intensity 0.5");
+    let options = LOOK.replace("nave", "side-light") + " --pitch 25 --intensity 0.5";
     let (_, folder) = handed_over("blender light", HARD_NAME, &options);
     let look = repository("tests/handover/look.py");
     let at = folder.to_str().unwrap();
@@ -185,12 +176,21 @@ fn world_and_lamps_light_as_ours_do() {
     };
     let lamps_error = error(&read(&folder.join("lamps.exr")), under_lamps);
     println!("sky {sky_error:.4}, ball under it {world_error:.4}, under lamps {lamps_error:.4}");
-    assert!(sky_error < 0.02 && world_error < 0.03 && lamps_error < 0.03);
-    // Turned the other way, it is another picture.
+    // The ball has Cycles' noise; some lamps are discs of a third of the sky, here points.
+    assert!(sky_error < 0.005 && world_error < 0.03 && lamps_error < 0.05);
+    // Turned the other way, or with left and right exchanged, it is another picture.
     let wrong = rotation(-110.0, 25.0, 0.0).inverse();
     let wrong = error(&read(&folder.join("sky.exr")), |x, y| {
         let (across, up) = place(x, y);
         Some(level * sky.radiance(wrong * Vec3::new(across, up, -1.0))[1])
     });
-    assert!(wrong > 0.2, "{wrong}");
+    let turned_lamps = error(&read(&folder.join("lamps.exr")), |x, y| {
+        under_lamps(31 - x, y)
+    });
+    let turned_world = error(&read(&folder.join("world.exr")), |x, y| {
+        under_sky(31 - x, y)
+    });
+    let wrong = [wrong, turned_lamps, turned_world];
+    // Three times what is allowed.
+    assert!(wrong.iter().all(|error| *error > 0.15), "{wrong:?}");
 }

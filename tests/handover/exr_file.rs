@@ -19,6 +19,18 @@ impl Channels {
         self.values.get(name).cloned().unwrap_or_else(black)
     }
 
+    /// The largest difference to `wanted`, in multiples of the value there and of 1/1000 more.
+    pub fn residual(&self, wanted: &Self) -> f32 {
+        assert_eq!((self.width, self.height), (wanted.width, wanted.height));
+        let mut largest = 0f32;
+        for channel in ["rgba.red", "rgba.green", "rgba.blue", "rgba.alpha"] {
+            for (made, wanted) in self.get(channel).iter().zip(wanted.get(channel)) {
+                largest = largest.max((made - wanted).abs() / (wanted.abs() + 1e-3));
+            }
+        }
+        largest
+    }
+
     /// The largest value of the picture.
     pub fn brightest(&self) -> f32 {
         let all = ["rgba.red", "rgba.green", "rgba.blue"].map(|name| self.get(name));

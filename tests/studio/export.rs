@@ -226,6 +226,8 @@ fn keys_alone_lead_through_an_export() {
     press(&mut window, Key::Space);
     tab_to(&mut window, Role::CheckBox, "one for each lamp");
     press(&mut window, Key::Space);
+    tab_to(&mut window, Role::CheckBox, "Nuke");
+    press(&mut window, Key::Space);
     tab_to(&mut window, Role::TextInput, "Name");
     retype(&mut window, "exports/keys");
     let order = window.state().state().export_options.clone();
@@ -235,7 +237,8 @@ fn keys_alone_lead_through_an_export() {
     tab_to(&mut window, Role::Button, "Add to queue");
     press(&mut window, Key::Enter);
     until_exported(&mut window, 1);
-    assert_eq!(files(&root, "keys"), ["keys.0001.exr", "keys.0002.exr"]);
+    let written = ["keys.0001.exr", "keys.0002.exr", "keys.nk"];
+    assert_eq!(files(&root, "keys"), written);
     let said = sentence(&window, 0);
     assert!(
         said.contains("2 frames") && said.contains("6 light layers"),
@@ -251,7 +254,7 @@ fn keys_alone_lead_through_an_export() {
     retype(&mut window, "exports/more");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
     until_exported(&mut window, 2);
-    assert_eq!(files(&root, "more").len(), 2);
+    assert_eq!(files(&root, "more").len(), 3);
     tab_to(&mut window, Role::Button, "Remove keys.%04d.exr");
     press(&mut window, Key::Space);
     assert_eq!(window.state().exports().len(), 1);
