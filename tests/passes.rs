@@ -317,6 +317,7 @@ fn in_a_drag_of_the_yaw_nothing_is_read_back() {
             environment: environment.clone(),
             first: None,
             second: None,
+            looks: Default::default(),
             solo: Vec::new(),
             table: None,
             dragged: texture,

@@ -7,7 +7,7 @@ use afterlight::export::TimeCode;
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, CheckpointInfo, TrainingState};
 use afterlight::reflectance::{Formulation, Normalization, Precision, Statistics, UNetConfig};
-use afterlight::studio::{Layout, Preferences, SavedLook, State};
+use afterlight::studio::{Layout, Preferences, SavedLook, State, StoredLook};
 use afterlight::training::features::{Features, WeightFile};
 use afterlight::training::{History, Preset};
 use burn::tensor::Device;
@@ -323,9 +323,24 @@ fn a_look_and_preferences_of_any_content_are_used_or_put_aside() {
             Ok(())
         }
     );
-    shown!(Strangers, "A `look.json` and preferences of any content", danger: "the studio does not open, or shows NaN",
+    let stored = StoredLook::of(&State::new(10, 24.0).look).text();
+    let third = fuzz::run!(
+        Target::of_text(
+            "stored look",
+            folder.path().join("0001.json"),
+            vec![stored.into_bytes()]
+        ),
+        |path: &Path| {
+            let read = StoredLook::read(path).map_err(|e| e.to_string())?;
+            let mut state = State::new(10, 24.0);
+            read.apply(&mut state.look, None);
+            assert!(state.look.yaw_deg.is_finite() && state.look.exposure_stops.is_finite());
+            Ok(())
+        }
+    );
+    shown!(Strangers, "A `look.json`, stored looks and preferences of any content", danger: "the studio does not open, or shows NaN",
         done: "numbers are bounded; a file that is not understood is renamed",
-        bound: "finite light, turns and effects", measured: format!("{first}; {second}"));
+        bound: "finite light, turns and effects", measured: format!("{first}; {second}; {third}"));
 }
 
 #[test]

@@ -22,6 +22,8 @@ mod footage;
 mod keyframes;
 #[path = "studio/live.rs"]
 mod live;
+#[path = "studio/looks.rs"]
+mod looks;
 #[path = "studio/machine.rs"]
 mod machine;
 #[path = "studio/on_gpu.rs"]

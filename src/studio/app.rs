@@ -8,10 +8,12 @@ mod closing;
 mod commands;
 mod dialogs;
 mod drops;
+mod environments;
 mod errands;
 mod exports;
 mod gpu_lost;
 mod jobs;
+mod looks;
 mod machine;
 mod painting;
 mod picker;
@@ -39,6 +41,7 @@ use super::project_check::ProjectCheck;
 use super::recents::Recents;
 use super::state::State;
 use super::status::{Phase, Status};
+use super::stored_looks::{LookId, StoredLooks};
 use super::training::Training;
 use super::wizard::Wizard;
 use super::{keys, theme};
@@ -76,6 +79,9 @@ pub struct StudioApp {
     errands: Errands,
     machine: Machine,
     autosave: Autosave,
+    looks: StoredLooks,
+    /// The look that is to be written into the file that is asked for.
+    saved_as: Option<LookId>,
     view: WindowView,
     /// The panes that were drawn last.
     shown: Vec<Pane>,
@@ -125,7 +131,17 @@ impl StudioApp {
         project: Project,
         source: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
     ) -> Self {
-        let mut app = Self::empty(ctx, Preferences::default(), DeviceChoice::Cpu);
+        Self::over_as(ctx, Preferences::default(), project, source)
+    }
+
+    /// The same, in the window of a person.
+    pub fn over_as(
+        ctx: &Context,
+        preferences: Preferences,
+        project: Project,
+        source: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
+    ) -> Self {
+        let mut app = Self::empty(ctx, preferences, DeviceChoice::Cpu);
         let worker = Worker::over(source, app.wake());
         app.open(project, worker);
         app
@@ -159,6 +175,8 @@ impl StudioApp {
             dialogs: Dialogs::new(wake.clone()),
             errands: Errands::default(),
             machine: Machine::new(wake.clone()),
+            looks: StoredLooks::new(preferences.folder(), wake.clone()),
+            saved_as: None,
             autosave: Autosave::new(preferences, wake),
             view: WindowView::default(),
             shown: Vec::new(),
@@ -241,6 +259,11 @@ impl StudioApp {
         &self.readers.matte
     }
 
+    /// The stored looks.
+    pub fn looks(&self) -> &StoredLooks {
+        &self.looks
+    }
+
     /// The list of environments.
     pub fn environments(&self) -> &[EnvironmentEntry] {
         self.library.entries()
@@ -261,6 +284,7 @@ impl StudioApp {
         self.finish_errands();
         self.open_made();
         self.exports.destination.receive();
+        self.receive_looks();
         let unreadable = self.library.receive();
         let withdrawn = unreadable
             .into_iter()
@@ -309,6 +333,7 @@ impl StudioApp {
 
     /// Draws the window.
     fn draw(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
+        let unsaved = self.autosave.unsaved().map(str::to_owned);
         let context = PanelContext {
             project: self.session.project.as_ref(),
             state: &self.state,
@@ -332,6 +357,8 @@ impl StudioApp {
             wizard: &self.picker.wizard,
             footage: &self.readers.footage,
             matte: &self.readers.matte,
+            looks: &self.looks,
+            unsaved: unsaved.as_deref(),
         };
         let layout = self.autosave.layout();
         let drawn = self.view.ui(ui, &context, layout, commands);
@@ -344,7 +371,7 @@ impl StudioApp {
     fn ask(&mut self) {
         let wake = self.wake();
         if let Some(worker) = &self.session.worker {
-            let (library, state) = (&self.library, &self.state);
+            let (library, state) = ((&self.library, &self.looks), &self.state);
             let root = self.session.project.as_ref().map(|project| &*project.root);
             (self.preview).ask(
                 (worker, root),
@@ -357,7 +384,8 @@ impl StudioApp {
         if self.shown.contains(&Pane::Project) || self.session.project.is_some() {
             self.picker.ask(&self.autosave, wake.clone());
         }
-        if self.shown.contains(&Pane::Project) {
+        // The menu of projects shows their first frames too.
+        if self.shown.contains(&Pane::Project) || egui::Popup::is_any_open(&self.ctx) {
             self.picker.recents.draw(&self.ctx, wake.clone());
         }
         if let Some(project) = &self.session.project {
@@ -399,7 +427,7 @@ impl StudioApp {
         if let (Some(project), None) = (&self.session.project, &self.session.read_only)
             && !self.state.playing
         {
-            self.autosave.save_look(project, &self.state.look);
+            self.autosave.save_look(project, &self.state);
         }
     }
 }
@@ -423,7 +451,7 @@ impl eframe::App for StudioApp {
         for command in commands {
             self.apply(command);
         }
-        self.library.follow(&self.state.look.environments);
+        self.follow_environments();
         self.save();
         self.preview.play(&self.ctx, &mut self.state);
         self.ask();

@@ -4,10 +4,12 @@
 use super::comparison::{CellPicture, CompareSettings};
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
+use super::four_looks::FourSlot;
 use super::keyframed::Keyframed;
 use super::layout::{Pane, Workspace};
-use super::look::Group;
+use super::look::{AppliedLook, Group};
 use super::region::Region;
+use super::stored_looks::LookId;
 use super::training::TrainChoice;
 use super::wizard::Plan;
 use calibration::{Circle, Trial};
@@ -40,6 +42,8 @@ pub enum Command {
     Project(ProjectCommand),
     Job(JobCommand),
     Machine(MachineCommand),
+    Looks(LooksCommand),
+    Environments(EnvironmentsCommand),
     Dialog(Dialog),
     /// These paths were chosen in a dialog, or typed or dropped in its place.
     Chosen(Dialog, Vec<PathBuf>),
@@ -58,6 +62,8 @@ pub enum LookCommand {
     RemoveEnvironment(usize),
     /// Which way is front in the file of this entry; None if not known.
     Front(usize, Option<Front>),
+    /// Show a stored look.
+    Apply(Box<AppliedLook>),
     /// Set a key at the current frame, or remove the one that is there.
     ToggleKey(Keyframed),
     /// Move a key, by its index, to another frame; it replaces a key that is there.
@@ -222,7 +228,7 @@ pub enum WindowCommand {
     /// Zoom until a pixel of the picture is one of the screen.
     ActualSize,
     /// Close what covers the picture, leave full screen, do as [`Self::DismissRefusal`], stop placing lights on the
-    /// picture, show all pictures of a cell, leave the cell, read pixels instead of a region, or light by all lamps again: the
+    /// picture, leave the four looks, show all pictures of a cell, leave the cell, read pixels instead of a region, or light by all lamps again: the
     /// first of these that applies.
     Dismiss,
     /// Close the message that says why something could not be done.
@@ -245,6 +251,46 @@ pub enum MachineCommand {
     Measure(f64),
     /// Write what was found into this file.
     Save(PathBuf),
+}
+
+/// Stores looks, shows stored ones, and shows them side by side.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LooksCommand {
+    /// Store the present look under this name; a new version, if there is a look of this name.
+    Store(String),
+    /// Store the present look as a new version of this one.
+    Update(LookId),
+    /// Show a version of a look, by its number; None for the newest.
+    Apply(LookId, Option<u32>),
+    Rename(LookId, String),
+    Duplicate(LookId),
+    /// Take a look off its shelf; it can be brought back.
+    Remove(LookId),
+    /// Bring back a look that was removed.
+    BringBack(LookId),
+    /// Keep a look for all projects, or take one of those into this project.
+    Copy(LookId),
+    /// Ask for a file to write a look into.
+    SaveAs(LookId),
+    /// Write the look that was asked for into this file.
+    Write(PathBuf),
+    /// Show the look in a file, and store it under the file's name.
+    Load(PathBuf),
+    /// Show four looks side by side, or the picture again.
+    ToggleFour,
+    /// Show this in a place of the four: 0 to 3 from the upper left.
+    Place(usize, FourSlot),
+    /// Make what is in a place of the four the present look.
+    Pick(usize),
+}
+
+/// Changes how environments are listed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentsCommand {
+    /// Make an entry of the list a favourite, or no longer; None for the one that is shown.
+    ToggleFavourite(Option<usize>),
+    /// List those alone that have each of these words.
+    Search(String),
 }
 
 /// Calibrates, by hand or by fitting.
@@ -400,4 +446,8 @@ pub enum Dialog {
     ReportPage,
     /// Where to write what this machine can do.
     MachineReport,
+    /// Where to write a look.
+    SaveLook,
+    /// A look to show and store.
+    LoadLook,
 }

@@ -98,6 +98,16 @@ impl CompareSettings {
         (self.on, self.mode) = (true, CompareMode::Toggle);
     }
 
+    /// The environments that are compared.
+    pub fn environments(&self) -> impl Iterator<Item = &Origin> {
+        let both = [self.first.as_ref(), Some(&self.reference)].into_iter();
+        let compared = both.flatten().filter(|_| self.on);
+        compared.filter_map(|one| match one {
+            Reference::Environment(origin) => Some(origin),
+            _ => None,
+        })
+    }
+
     /// The pictures that these settings ask for besides the relit one, the first and the second; None for an
     /// environment that is not loaded. `environment` gives those that are.
     pub fn pictures(

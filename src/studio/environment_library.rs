@@ -1,33 +1,84 @@
 //! The panoramas of the environments in the list: loads them as the list grows, and saves the list in the project.
 
 use super::environment_list::{self, ListedEnvironment};
+use super::favourites::Favourites;
 use egui::Context;
 use light::Environment;
+use light::brightest::Area;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
-use worker::{EnvironmentListWriter, Origin, Panorama, PanoramaLoader};
+use worker::{EnvironmentListWriter, Origin, Panorama, PanoramaLoader, SrgbPicture};
+
+/// Memory for the light of panoramas that nothing shows now: ten of 4096 columns.
+const LIGHT_BUDGET_BYTES: usize = 1 << 30;
 
 /// An environment in the list.
 pub struct EnvironmentEntry {
     pub listed: ListedEnvironment,
     pub panorama: PanoramaState,
+    /// Whether the person likes it.
+    pub favourite: bool,
 }
 
 /// Whether a panorama is loaded.
 pub enum PanoramaState {
     Waiting,
     Done {
-        panorama: Panorama,
+        panorama: ReadPanorama,
         thumbnail: egui::TextureHandle,
     },
     /// Why it cannot be used.
     Failed(String),
 }
 
+/// A panorama that was read.
+pub struct ReadPanorama {
+    /// Its light; None while others take the memory, see [`EnvironmentLibrary::use_light`].
+    pub environment: Option<Arc<Environment>>,
+    /// Columns and rows of its light.
+    pub size: (usize, usize),
+    pub thumbnail: Arc<SrgbPicture>,
+    /// Its brightest areas, the one with most energy first.
+    pub areas: Vec<Area>,
+    /// What had to be guessed or mended, a sentence each.
+    pub notes: Vec<String>,
+}
+
+impl ReadPanorama {
+    fn of(panorama: Panorama) -> Self {
+        Self {
+            size: panorama.environment.radiance.size(),
+            environment: Some(panorama.environment),
+            thumbnail: Arc::new(panorama.thumbnail),
+            areas: panorama.areas,
+            notes: panorama.notes,
+        }
+    }
+}
+
+/// The light of a panorama of a list; None while it is not in memory.
+pub fn light_of(entries: &[EnvironmentEntry], origin: &Origin) -> Option<Arc<Environment>> {
+    let mut entries = entries.iter();
+    match &entries.find(|e| e.listed.origin == *origin)?.panorama {
+        PanoramaState::Done { panorama, .. } => panorama.environment.clone(),
+        PanoramaState::Waiting | PanoramaState::Failed(_) => None,
+    }
+}
+
 impl PanoramaState {
+    /// Whether it cannot be used.
+    pub fn is_failed(&self) -> bool {
+        matches!(self, Self::Failed(_))
+    }
+
+    /// Whether its light is in memory.
+    pub fn has_light(&self) -> bool {
+        matches!(self, Self::Done { panorama, .. } if panorama.environment.is_some())
+    }
+
     /// Whether it is still being loaded.
     pub fn is_waiting(&self) -> bool {
         matches!(self, Self::Waiting)
@@ -44,6 +95,12 @@ pub struct EnvironmentLibrary {
     ctx: Context,
     loader: PanoramaLoader,
     entries: Vec<EnvironmentEntry>,
+    /// Panoramas by when they were used, the latest last.
+    recent: Vec<Origin>,
+    /// The one that is being read before its turn.
+    hurried: Option<Origin>,
+    /// Bytes of light that is kept.
+    budget: usize,
     list: Arc<Vec<ListedEnvironment>>,
     /// The open project's folder, and the thread that writes there.
     root: Option<PathBuf>,
@@ -70,6 +127,9 @@ impl EnvironmentLibrary {
             ctx: ctx.clone(),
             loader: PanoramaLoader::start(move || woken.request_repaint()),
             entries: Vec::new(),
+            recent: Vec::new(),
+            hurried: None,
+            budget: LIGHT_BUDGET_BYTES,
             list: Arc::default(),
             root: None,
             writer: None,
@@ -120,12 +180,66 @@ impl EnvironmentLibrary {
         &self.entries
     }
 
-    /// A panorama of the list, once it is loaded.
+    /// The light of a panorama of the list; None while it is not in memory.
     pub fn environment(&self, origin: &Origin) -> Option<Arc<Environment>> {
-        let mut entries = self.entries.iter();
-        match &entries.find(|e| e.listed.origin == *origin)?.panorama {
-            PanoramaState::Done { panorama, .. } => Some(panorama.environment.clone()),
-            PanoramaState::Waiting | PanoramaState::Failed(_) => None,
+        light_of(&self.entries, origin)
+    }
+
+    /// Says which entries the person likes.
+    pub fn mark(&mut self, favourites: &Favourites) {
+        for entry in &mut self.entries {
+            entry.favourite = favourites.has(&entry.listed.origin);
+        }
+    }
+
+    /// Reads the panoramas first whose light is used now, and again those whose light was dropped. Other light goes where it
+    /// takes too much memory, what was used longest ago first.
+    pub fn use_light(&mut self, used: &[Origin]) {
+        self.recent.retain(|one| !used.contains(one));
+        self.recent.extend_from_slice(used);
+        if self.hurried.is_none() {
+            let missing = |entry: &&EnvironmentEntry| {
+                let state = &entry.panorama;
+                used.contains(&entry.listed.origin) && !state.has_light() && !state.is_failed()
+            };
+            if let Some(entry) = self.entries.iter().find(missing) {
+                let origin = entry.listed.origin.clone();
+                let again = entry.panorama.is_done();
+                self.loader.load_first(origin.clone(), again);
+                self.hurried = Some(origin);
+            }
+        }
+        self.drop_light(used);
+    }
+
+    fn drop_light(&mut self, used: &[Origin]) {
+        let mut bytes = 0;
+        let mut held = Vec::new();
+        for (place, entry) in self.entries.iter().enumerate() {
+            if let PanoramaState::Done { panorama, .. } = &entry.panorama
+                && panorama.environment.is_some()
+                // What is built in stays in memory anyway.
+                && let Origin::File(_) = entry.listed.origin
+            {
+                let size = panorama.size.0 * panorama.size.1 * size_of::<[f32; 3]>();
+                bytes += size;
+                let at = (self.recent.iter()).position(|one| *one == entry.listed.origin);
+                held.push((at.map_or(0, |at| at + 1), place, size));
+            }
+        }
+        if bytes <= self.budget {
+            return;
+        }
+        held.sort_unstable();
+        for (_, place, size) in held {
+            let entry = &mut self.entries[place];
+            if bytes > self.budget
+                && !used.contains(&entry.listed.origin)
+                && let PanoramaState::Done { panorama, .. } = &mut entry.panorama
+            {
+                panorama.environment = None;
+                bytes -= size;
+            }
         }
     }
 
@@ -147,6 +261,7 @@ impl EnvironmentLibrary {
             self.entries.push(EnvironmentEntry {
                 listed: listed.clone(),
                 panorama,
+                favourite: false,
             });
         }
         if let Some(writer) = &self.writer {
@@ -167,7 +282,7 @@ impl EnvironmentLibrary {
                     let options = egui::TextureOptions::LINEAR_REPEAT;
                     let thumbnail = self.ctx.load_texture(origin.to_string(), picture, options);
                     PanoramaState::Done {
-                        panorama,
+                        panorama: ReadPanorama::of(panorama),
                         thumbnail,
                     }
                 }
@@ -176,8 +291,11 @@ impl EnvironmentLibrary {
                     PanoramaState::Failed(e.to_string())
                 }
             };
+            if self.hurried.as_ref() == Some(&origin) {
+                self.hurried = None;
+            }
             let waiting = |e: &&mut EnvironmentEntry| {
-                e.listed.origin == origin && matches!(e.panorama, PanoramaState::Waiting)
+                e.listed.origin == origin && !e.panorama.has_light() && !e.panorama.is_failed()
             };
             if let Some(entry) = self.entries.iter_mut().find(waiting) {
                 entry.panorama = panorama;
@@ -190,5 +308,67 @@ impl EnvironmentLibrary {
     pub fn unsaved(&self) -> Vec<String> {
         let failures = self.writer.iter().flat_map(|writer| writer.failures());
         failures.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::environment_list::Owner;
+    use imaging::Image;
+
+    fn until(library: &mut EnvironmentLibrary, used: &[Origin], done: fn(&PanoramaState) -> bool) {
+        test_support::wait_for(|| {
+            assert!(library.receive().is_empty());
+            library.use_light(used);
+            let mut entries = library.entries().iter();
+            let lit = used
+                .iter()
+                .all(|origin| library.environment(origin).is_some());
+            (entries.all(|entry| done(&entry.panorama)) && lit).then_some(())
+        });
+    }
+
+    #[test]
+    fn light_that_is_not_used_goes_and_is_read_again_when_it_is_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let files: Vec<Origin> = (0..5)
+            .map(|i| {
+                let file = folder.path().join(format!("{i}.exr"));
+                imaging::file::write_exr(&file, &Image::filled(8, 4, [1.0; 3])).unwrap();
+                Origin::File(file)
+            })
+            .collect();
+        let listed = |origin: &Origin| ListedEnvironment {
+            name: origin.to_string(),
+            origin: origin.clone(),
+            front: None,
+            owner: Owner::Person,
+        };
+        let mut library = EnvironmentLibrary::new(&Context::default());
+        // Two of them fit.
+        library.budget = 2 * 8 * 4 * size_of::<[f32; 3]>();
+        library.follow(&Arc::new(files.iter().map(listed).collect()));
+        let lit = |library: &EnvironmentLibrary| -> Vec<bool> {
+            let all = files.iter().map(|origin| library.environment(origin));
+            all.map(|light| light.is_some()).collect()
+        };
+        until(&mut library, &files[4..], PanoramaState::is_done);
+        assert!(lit(&library)[4]);
+        assert_eq!(lit(&library).iter().filter(|lit| **lit).count(), 2);
+        until(&mut library, &files[1..2], PanoramaState::is_done);
+        until(&mut library, &files[..1], PanoramaState::is_done);
+        assert_eq!(lit(&library), [true, true, false, false, false]);
+        // More than fit are used at once.
+        until(&mut library, &files[2..], PanoramaState::is_done);
+        assert_eq!(lit(&library), [false, false, true, true, true]);
+        // A file that is gone is said once.
+        std::fs::remove_file(folder.path().join("0.exr")).unwrap();
+        let said = test_support::wait_for(|| {
+            library.use_light(&files[..1]);
+            library.receive().pop()
+        });
+        assert!(said.1.contains("0.exr"), "{}", said.1);
+        assert!(library.entries()[0].panorama.is_failed());
     }
 }

@@ -97,3 +97,26 @@ pub fn saved(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
     });
     files.collect()
 }
+
+/// A list that was saved, in a project whose list is `now`: its added files and what it said of fronts, among what the project
+/// brings.
+pub fn restored(now: &[ListedEnvironment], saved: &[NamedEnvironment]) -> Vec<ListedEnvironment> {
+    let known = |file: &Path| saved.iter().find(|one| one.file == file);
+    let brought = now.iter().filter(|one| one.owner != Owner::Person);
+    let brought: Vec<ListedEnvironment> = brought
+        .map(|one| ListedEnvironment {
+            front: (one.file().and_then(known)).map_or(one.front, |saved| saved.front),
+            ..one.clone()
+        })
+        .collect();
+    let is_brought = |file: &Path| brought.iter().any(|one| one.file() == Some(file));
+    let added = saved.iter().filter(|saved| !is_brought(&saved.file));
+    let added = added.map(|saved| ListedEnvironment {
+        name: saved.name.clone(),
+        origin: Origin::File(saved.file.clone()),
+        front: saved.front,
+        owner: Owner::Person,
+    });
+    let added: Vec<ListedEnvironment> = added.collect();
+    brought.into_iter().chain(added).collect()
+}

@@ -17,7 +17,9 @@ pub const EXPORT: &str = "\u{EAF0}";
 pub const FIT: &str = "\u{E1D0}";
 pub const FOLDER: &str = "\u{E256}";
 pub const FRONT: &str = "\u{E1C8}";
+pub const FOUR: &str = "\u{E464}";
 pub const LOCK: &str = "\u{E2FA}";
+pub const MORE: &str = "\u{E1FE}";
 pub const NEXT: &str = "\u{E13A}";
 pub const OVER: &str = "\u{E038}";
 pub const PANELS: &str = "\u{E6D6}";
@@ -29,6 +31,8 @@ pub const REDO: &str = "\u{E08C}";
 pub const RELIGHT: &str = "\u{E2DC}";
 pub const REMOVE: &str = "\u{E4F6}";
 pub const REVIEW: &str = "\u{E150}";
+pub const SEARCH: &str = "\u{E30C}";
+pub const STAR: &str = "\u{E46A}";
 pub const STOP: &str = "\u{E46C}";
 pub const TRAIN: &str = "\u{E62C}";
 pub const UNDO: &str = "\u{E08A}";
@@ -76,8 +80,8 @@ mod tests {
                 let body = egui::FontId::proportional(14.0);
                 for icon in [
                     ADD, AIM, CALIBRATE, CHANNELS, COMPARE, COPY, DONE, DOWN, EXPORT, FIT, FOLDER,
-                    FRONT, LOCK, NEXT, OVER, PANELS, PAUSE, PLAY, PREVIOUS, QUEUE, REDO, RELIGHT,
-                    REMOVE, REVIEW, STOP, TRAIN, UNDO, WARNING,
+                    FOUR, FRONT, LOCK, MORE, NEXT, OVER, PANELS, PAUSE, PLAY, PREVIOUS, QUEUE,
+                    REDO, RELIGHT, REMOVE, REVIEW, SEARCH, STAR, STOP, TRAIN, UNDO, WARNING,
                 ] {
                     assert!(fonts.has_glyphs(&body, icon), "{icon:?}");
                     assert!(fonts.glyph_width(&body, icon.chars().next().unwrap()) > 8.0);

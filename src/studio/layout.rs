@@ -33,6 +33,7 @@ pub enum Pane {
     Checks,
     Log,
     Accuracy,
+    Looks,
 }
 
 /// An arrangement of the window.
@@ -53,7 +54,7 @@ pub enum Workspace {
 
 impl Pane {
     /// All of them, in the order of the menu.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Project,
         Self::Footage,
         Self::Probe,
@@ -62,6 +63,7 @@ impl Pane {
         Self::Picture,
         Self::Timeline,
         Self::Environments,
+        Self::Looks,
         Self::Light,
         Self::Effects,
         Self::Scopes,
@@ -84,6 +86,7 @@ impl Pane {
             Self::Picture => "Picture",
             Self::Timeline => "Timeline",
             Self::Environments => "Environments",
+            Self::Looks => "Looks",
             Self::Light => "Light",
             Self::Effects => "Effects",
             Self::Scopes => "Scopes",
@@ -198,7 +201,7 @@ impl Workspace {
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
             Self::Relight => {
-                let left = tabs(&mut tiles, &[Pane::Environments]);
+                let left = tabs(&mut tiles, &[Pane::Environments, Pane::Looks]);
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 let right = tabs(&mut tiles, &[Pane::Light, Pane::Effects, Pane::Scopes]);

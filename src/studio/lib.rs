@@ -7,16 +7,21 @@ mod calibration_analysis;
 mod command;
 mod comparison;
 mod destination_check;
+mod environment_groups;
 mod environment_library;
 mod environment_list;
 mod export_options;
+mod favourites;
 mod footage_reader;
+mod four_looks;
 mod icons;
 mod keyframed;
 mod keys;
 mod layout;
 mod light_aim;
 mod look;
+mod look_name;
+mod look_shelf;
 mod matte_painting;
 mod network_review;
 mod palette;
@@ -28,10 +33,13 @@ mod preferences;
 mod project_check;
 mod recents;
 mod region;
+mod saved_history;
 mod saved_look;
 mod saver;
 mod state;
 mod status;
+mod stored_look;
+mod stored_looks;
 mod theme;
 mod training;
 mod wizard;
@@ -40,17 +48,21 @@ mod workspace_view;
 pub use app::{ProjectHandover, StudioApp};
 pub use calibration_analysis::CalibrationAnalysis;
 pub use command::{
-    CalibrationCommand, Command, Dialog, ExportCommand, JobCommand, LookCommand, MatteCommand,
-    ProjectCommand, ReviewCommand, TrainingCommand, ViewCommand, WindowCommand,
+    CalibrationCommand, Command, Dialog, EnvironmentsCommand, ExportCommand, JobCommand,
+    LookCommand, LooksCommand, MatteCommand, ProjectCommand, ReviewCommand, TrainingCommand,
+    ViewCommand, WindowCommand,
 };
 pub use comparison::{CellPicture, CompareMode, CompareSettings, GAINS, Reference};
 pub use environment_library::{EnvironmentEntry, PanoramaState};
 pub use environment_list::{ListedEnvironment, Owner};
 pub use export_options::ExportOptions;
 pub use footage_reader::{FootageReader, FootageView, MatteView};
+pub use four_looks::{FourLooks, FourPicture, FourSlot};
 pub use keyframed::Keyframed;
 pub use layout::{Layout, Pane, Workspace};
-pub use look::{Group, LookSettings};
+pub use look::{AppliedLook, Group, LookSettings};
+pub use look_name::LookName;
+pub use look_shelf::{LookVersion, ShelvedLook};
 pub use matte_painting::{LiveMatte, MattePainting};
 pub use network_review::NetworkReview;
 pub use preferences::Preferences;
@@ -60,6 +72,8 @@ pub use region::Region;
 pub use saved_look::SavedLook;
 pub use state::{State, View};
 pub use status::{LogLine, Phase, RunningJob, Severity, Status};
+pub use stored_look::StoredLook;
+pub use stored_looks::{LookId, Shelf, StoredLooks};
 pub use training::{TrainChoice, Training};
 pub use wizard::{Plan, Wizard};
 

@@ -3,8 +3,10 @@
 mod environments;
 mod groups;
 mod keyframes;
+mod stored;
 
 pub use groups::Group;
+pub use stored::AppliedLook;
 
 use super::environment_list::ListedEnvironment;
 use super::keyframed::Keyframed;

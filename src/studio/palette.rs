@@ -1,18 +1,22 @@
 //! The list of all commands: typing filters it, arrow keys choose, Enter runs the chosen one.
 
-use super::command::{Command, Dialog, JobCommand, LookCommand, ProjectCommand, WindowCommand};
+use super::command::{
+    Command, Dialog, JobCommand, LookCommand, LooksCommand, ProjectCommand, WindowCommand,
+};
 use super::keys;
 use super::layout::Pane;
 use super::look::Group;
 use super::panel_context::PanelContext;
+use super::stored_looks::Shelf;
 use super::theme::{self, GAP};
 use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 
 /// Commands that have no key.
-const OTHERS: [(&str, Command); 15] = [
+const OTHERS: [(&str, Command); 16] = [
     ("New project…", Command::Project(ProjectCommand::New(None))),
     ("Open project…", Command::Dialog(Dialog::Project)),
     ("Add environments…", Command::Dialog(Dialog::Environments)),
+    ("Load look…", Command::Dialog(Dialog::LoadLook)),
     (
         "Compare with true OLATs…",
         Command::Dialog(Dialog::ComparisonTruth),
@@ -145,10 +149,18 @@ fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
         let light = Command::Look(LookCommand::Environment(i));
         entry(format!("Environment: {}", context.title(e)), light)
     });
+    let looks = context.looks.ids().map(|id| {
+        let label = match id.shelf {
+            Shelf::Project => format!("Look: {}", id.name),
+            Shelf::Person => format!("Look for all projects: {}", id.name),
+        };
+        entry(label, Command::Looks(LooksCommand::Apply(id, None)))
+    });
     bound
         .chain(others)
         .chain(panes)
         .chain(environments)
+        .chain(looks)
         .collect()
 }
 

@@ -13,6 +13,7 @@ use super::project_check::ProjectCheck;
 use super::recents::Recents;
 use super::state::State;
 use super::status::{Phase, Status};
+use super::stored_looks::StoredLooks;
 use super::training::Training;
 use super::wizard::Wizard;
 use benchmark::MachineReport;
@@ -66,6 +67,10 @@ pub struct PanelContext<'a> {
     pub footage: &'a FootageReader,
     /// Strokes on mattes, and the shown frame's matte by them.
     pub matte: &'a MattePainting,
+    /// The stored looks of the project and of the person.
+    pub looks: &'a StoredLooks,
+    /// Why something that was changed is not on the disk.
+    pub unsaved: Option<&'a str>,
 }
 
 impl PanelContext<'_> {

@@ -1,5 +1,6 @@
 //! A person's preferences: arrangements of the window and recent projects, in one file.
 
+use super::favourites::Favourites;
 use super::layout::Layout;
 use super::saver::Saver;
 use base::files;
@@ -20,6 +21,7 @@ struct PreferencesFile {
     recent: Vec<PathBuf>,
     /// When each of them was opened last, in seconds since 1970.
     opened: BTreeMap<PathBuf, u64>,
+    favourites: Favourites,
     layout: Layout,
 }
 
@@ -60,6 +62,20 @@ impl Preferences {
             saved: PreferencesFile { layout, ..saved },
             file: Some(file.to_path_buf()),
         }
+    }
+
+    /// The folder of a person's settings; None in a window that remembers nothing.
+    pub fn folder(&self) -> Option<&Path> {
+        self.file.as_ref()?.parent()
+    }
+
+    /// The environments that the person likes.
+    pub fn favourites(&self) -> &Favourites {
+        &self.saved.favourites
+    }
+
+    pub fn favourites_mut(&mut self) -> &mut Favourites {
+        &mut self.saved.favourites
     }
 
     /// The arrangements of panes.

@@ -61,10 +61,13 @@ impl ProjectCheck {
         let environment = match entry.map(|entry| (&entry.panorama, &entry.listed.name)) {
             Some((PanoramaState::Waiting, _)) => return,
             Some((PanoramaState::Done { panorama, .. }, name)) => {
+                let Some(light) = &panorama.environment else {
+                    return;
+                };
                 let scene = state.scene();
                 Some(LitEnvironment {
                     name: name.clone(),
-                    environment: panorama.environment.clone(),
+                    environment: light.clone(),
                     lighting: scene.lighting,
                     yaw_deg: scene.yaw_deg,
                 })

@@ -1,28 +1,48 @@
 //! The saving threads of a window that is killed, and of one that shares its project with others.
 
 use super::*;
+use crate::environment_list::{ListedEnvironment, Owner};
 use crate::preferences::Preferences;
+use crate::saved_history::{self, History};
 use crate::saver::Saver;
 use project::NamedEnvironment;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use test_support::accident::{End, Moments, age, contents, left_over};
-use worker::EnvironmentListWriter;
+use worker::{EnvironmentListWriter, Origin};
 
 /// Names the folder in which a child process saves for ever.
 const FOLDER: &str = "AFTERLIGHT_SAVING_FOLDER";
 /// How many seconds processes share a project.
 const SECONDS: &str = "AFTERLIGHT_SHARED_SECONDS";
 
-fn look(number: u64) -> SavedLook {
-    SavedLook {
-        exposure_stops: number as f32,
+/// The settings that a window has at this number.
+fn settings(number: u64) -> LookSettings {
+    let mut settings = LookSettings {
         // Longer than a block of the disk.
-        environment: "x".repeat(10_000),
-        ..SavedLook::default()
-    }
+        environments: Arc::new(vec![ListedEnvironment {
+            name: "x".repeat(10_000),
+            origin: Origin::BuiltIn(light::built_in::all()[0]),
+            front: None,
+            owner: Owner::Program,
+        }]),
+        ..LookSettings::default()
+    };
+    settings.lighting.intensity_stops = number as f32;
+    settings
+}
+
+fn look(number: u64) -> SavedLook {
+    SavedLook::of(&settings(number))
+}
+
+/// What can be undone at this number.
+fn undo(number: u64) -> String {
+    let before = settings(number - 1);
+    History::text([&[before], &[]], &settings(number)).unwrap()
 }
 
 /// The list that a window has at this number.
@@ -79,11 +99,16 @@ fn save_for_ever(folder: &Path) -> ! {
     let writer = EnvironmentListWriter::start(project.root.clone(), list.collect(), fail);
     let saver = Saver::start(fail);
     for number in saved(folder) + 1.. {
+        saver.save(saved_history::path(&project), undo(number));
         saver.save(SavedLook::path(&project), look(number).text());
         preferences.opened(&folder.join(format!("p{number}")));
         preferences.save(&saver);
         writer.keep(environments(folder, number));
-        for file in [&SavedLook::path(&project), &window] {
+        for file in [
+            &saved_history::path(&project),
+            &SavedLook::path(&project),
+            &window,
+        ] {
             test_support::wait_for(|| saver.unwritten(file).is_none().then_some(()));
         }
         note.write_all_at(&number.to_le_bytes(), 0).unwrap();
@@ -101,10 +126,17 @@ fn check(folder: &Path, project: &Project) {
     let number = saved(folder);
     let found = SavedLook::load(project, false).unwrap().unwrap();
     let near = [look(number), look(number + 1)];
+    assert!(near.contains(&found), "{:?} after {number}", found.lighting);
+    // The steps lead to the look, whichever file was written last.
+    let mut shown = settings(0);
+    found.apply(&mut shown);
+    let at = shown.lighting.intensity_stops;
+    let history = History::load(project, None, &shown).unwrap();
+    let steps = history.undo.iter().chain(&history.redo);
+    let steps: Vec<f32> = steps.map(|step| step.lighting.intensity_stops).collect();
     assert!(
-        near.contains(&found),
-        "{} after {number}",
-        found.exposure_stops
+        steps == [at - 1.0] || steps == [at + 1.0],
+        "{steps:?} at {at}"
     );
     let window = folder.join("settings/window.json");
     let preferences = Preferences::from_file(&window);
@@ -161,7 +193,7 @@ fn a_window_that_is_killed_while_it_saves_loses_at_most_the_last_save() {
     test_support::shown!(
         Accidents,
         "The studio is killed while it saves",
-        danger: "half a look, half a list of environments, lost preferences",
+        danger: "half a look, steps of undo to another look, half a list of environments, lost preferences",
         done: "each file is written beside and renamed; the next window removes what is unfinished",
         bound: "the look is the last that was saved or the one after; no file outside the project changed",
         measured: measured

@@ -7,12 +7,20 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use worker::background::{Background, Handler, Request};
 
-/// The newest text of each file that has not been written yet.
+/// What is not in the files.
 #[derive(Clone, Default)]
-struct Unwritten(Arc<Mutex<HashMap<PathBuf, Arc<str>>>>);
+struct Unwritten(Arc<Mutex<UnwrittenFiles>>);
+
+#[derive(Default)]
+struct UnwrittenFiles {
+    /// The newest text of each file that writing has not been tried of yet.
+    texts: HashMap<PathBuf, Arc<str>>,
+    /// Files whose last text could not be written, and why.
+    failed: HashMap<PathBuf, String>,
+}
 
 /// The thread that writes. Dropping it waits until everything is written.
 pub struct Saver {
@@ -86,6 +94,12 @@ impl Saver {
         self.unwritten.get(path)
     }
 
+    /// Why the newest text of a file that was tried is not in it; None if all are written.
+    pub fn failed(&self) -> Option<String> {
+        let files = self.unwritten.lock();
+        files.failed.values().next().cloned()
+    }
+
     /// What could not be written since the last call.
     pub fn failures(&self) -> impl Iterator<Item = String> {
         self.failures.try_iter()
@@ -93,25 +107,29 @@ impl Saver {
 }
 
 impl Unwritten {
+    fn lock(&self) -> MutexGuard<'_, UnwrittenFiles> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn get(&self, path: &Path) -> Option<Arc<str>> {
-        let texts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        texts.get(path).cloned()
+        self.lock().texts.get(path).cloned()
     }
 
     fn put(&self, path: &Path, text: Arc<str>) {
-        let mut texts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        texts.insert(path.to_path_buf(), text);
+        self.lock().texts.insert(path.to_path_buf(), text);
     }
 
-    /// Writing this text has been tried.
-    fn tried(&self, path: &Path, text: &Arc<str>) {
-        let mut texts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if texts
-            .get(path)
-            .is_some_and(|newest| Arc::ptr_eq(newest, text))
-        {
-            texts.remove(path);
+    /// Writing this text has been tried, and failed for this reason if it did.
+    fn tried(&self, path: &Path, text: &Arc<str>, failure: Option<String>) {
+        let mut files = self.lock();
+        let newest = files.texts.get(path);
+        if newest.is_some_and(|newest| Arc::ptr_eq(newest, text)) {
+            files.texts.remove(path);
         }
+        match failure {
+            Some(failure) => files.failed.insert(path.to_path_buf(), failure),
+            None => files.failed.remove(path),
+        };
     }
 }
 
@@ -139,12 +157,17 @@ where
     }
 
     fn deliver(&mut self, request: SaveRequest, answer: Result<()>) {
-        if let Err(e) = answer {
+        let failure = answer.err().map(|e| e.to_string());
+        let has_failed = failure.is_some();
+        if let Some(failure) = failure.clone() {
             // Nobody listens after the window is closed.
-            let _ = self.failures.send(e.to_string());
+            let _ = self.failures.send(failure);
+        }
+        let was_failed = self.unwritten.lock().failed.contains_key(&request.path);
+        self.unwritten.tried(&request.path, &request.text, failure);
+        if has_failed || was_failed {
             (self.wake)();
         }
-        self.unwritten.tried(&request.path, &request.text);
     }
 }
 
@@ -210,6 +233,11 @@ mod tests {
             let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
             assert_eq!(text, "49");
         }
+        assert!(saver.failed().is_some_and(|why| why.contains("c/d")));
+        std::fs::remove_file(folder.path().join("c")).unwrap();
+        saver.save(folder.path().join("c/d"), String::new());
+        settle(&saver, &[folder.path().join("c/d")]);
+        assert_eq!(saver.failed(), None, "it is written now");
     }
 
     #[test]

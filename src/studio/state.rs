@@ -4,9 +4,11 @@ use super::command::{AimedLight, Dialog, LookCommand, ViewCommand};
 use super::comparison::{CellPicture, CompareMode, CompareSettings, GAINS};
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
+use super::four_looks::FourLooks;
 use super::layout::{Pane, Workspace};
 use super::look::LookSettings;
 use super::region::Region;
+use super::saved_history::History;
 use evaluation::review::Metric;
 use project::Project;
 use scene::{Inspection, Output, Scene};
@@ -89,6 +91,10 @@ pub struct State {
     /// Where the wipe between two pictures is: 0 left, 1 right.
     pub wipe: f32,
     pub compare: CompareSettings,
+    /// Looks that are shown side by side in place of the picture.
+    pub four: FourLooks,
+    /// What the list of environments is filtered by.
+    pub search: String,
     /// Where errors are expected lies over the picture.
     pub doubts: bool,
     /// A press on the picture places a light.
@@ -159,6 +165,8 @@ impl State {
             gain: GAINS[2],
             wipe: 0.5,
             compare: CompareSettings::default(),
+            four: FourLooks::default(),
+            search: String::new(),
             doubts: false,
             aims: false,
             light: None,
@@ -205,17 +213,23 @@ impl State {
 
     /// The picture that this state asks for.
     pub fn scene(&self) -> Scene {
-        let mut effects = self.look.effects;
-        if self.compare.on && self.compare.mode == CompareMode::Difference {
+        self.scene_of(&self.look)
+    }
+
+    /// The picture of a look that stands at the same frame, seen as this state shows pictures.
+    pub fn scene_of(&self, look: &LookSettings) -> Scene {
+        let mut effects = look.effects;
+        let compares = self.compare.on && !self.four.on;
+        if compares && self.compare.mode == CompareMode::Difference {
             effects.inspection = Inspection::Difference { gain: self.gain };
         }
         Scene {
             frame: self.frame,
-            yaw_deg: self.look.front().turned(self.look.yaw_deg),
-            lighting: self.look.lighting.clone(),
+            yaw_deg: look.front().turned(look.yaw_deg),
+            lighting: look.lighting.clone(),
             effects,
-            exposure_stops: self.look.exposure_stops,
-            background: self.look.background,
+            exposure_stops: look.exposure_stops,
+            background: look.background,
             output: Output::Display,
         }
     }
@@ -226,6 +240,16 @@ impl State {
 
     pub fn can_redo(&self) -> bool {
         !self.redo.is_empty()
+    }
+
+    /// The looks that can be undone and redone, the nearest last.
+    pub(crate) fn history(&self) -> [&[LookSettings]; 2] {
+        [&self.undo, &self.redo]
+    }
+
+    /// Takes over the steps of a session before.
+    pub(crate) fn remember(&mut self, history: History) {
+        (self.undo, self.redo) = (history.undo, history.redo);
     }
 
     /// The light placed by hand that was chosen last, by its index, if it is still there.
@@ -265,9 +289,14 @@ impl State {
     /// Another environment ends [`Self::solo`], and so does a light: it would change nothing that is seen.
     pub fn change(&mut self, command: LookCommand) {
         let lit_by = self.look.environment;
-        let chosen = matches!(command, LookCommand::Environment(_) | LookCommand::Aim(_));
+        let chosen = matches!(
+            command,
+            LookCommand::Environment(_) | LookCommand::Aim(_) | LookCommand::Apply(_)
+        );
         let list = match command {
-            LookCommand::AddEnvironments(_) => Some(self.look.environments.clone()),
+            LookCommand::AddEnvironments(_) | LookCommand::Apply(_) => {
+                Some(self.look.environments.clone())
+            }
             _ => None,
         };
         self.set(command);
@@ -299,6 +328,11 @@ impl State {
             LookCommand::AddEnvironments(files) => look.add(&files),
             LookCommand::RemoveEnvironment(entry) => look.remove(entry),
             LookCommand::Front(entry, front) => look.set_front(entry, front),
+            LookCommand::Apply(applied) => {
+                look.show_stored(&applied);
+                // The present value of what has keys is no change that sets one.
+                look.follow(self.frame);
+            }
             LookCommand::ToggleKey(of) => look.toggle_key(of, self.frame),
             LookCommand::MoveKey { of, index, frame } => look.move_key(of, index, frame),
             LookCommand::RemoveKey { of, index } => look.remove_key(of, index),

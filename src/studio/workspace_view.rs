@@ -5,8 +5,8 @@ use super::layout::{BORDER, Pane, TABS_HEIGHT};
 use super::panel_context::PanelContext;
 use super::panels::{
     AccuracyPanel, ChecksPanel, EffectsPanel, EnvironmentsPanel, ExportPanel, FootagePanel,
-    GammaPanel, LampSheetPanel, LightPanel, LogPanel, PicturePanel, ProbePanel, ProjectPanel,
-    ReviewPanel, ScopesPanel, TimelinePanel, TrainingPanel, ViewportPanel,
+    GammaPanel, LampSheetPanel, LightPanel, LogPanel, LooksPanel, PicturePanel, ProbePanel,
+    ProjectPanel, ReviewPanel, ScopesPanel, TimelinePanel, TrainingPanel, ViewportPanel,
 };
 use super::theme::{self, GAP};
 use eframe::egui_wgpu::RenderState;
@@ -23,6 +23,7 @@ pub struct Panels {
     viewport: ViewportPanel,
     timeline: TimelinePanel,
     environments: EnvironmentsPanel,
+    looks: LooksPanel,
     light: LightPanel,
     picture: PicturePanel,
     effects: EffectsPanel,
@@ -51,8 +52,10 @@ impl Panels {
 
     /// Gives the focus to the first control of a pane that the Tab key steps through.
     pub fn focus(&mut self, pane: Pane) {
-        if pane == Pane::Export {
-            self.export.focus();
+        match pane {
+            Pane::Export => self.export.focus(),
+            Pane::Environments => self.environments.focus(),
+            _ => {}
         }
     }
 }
@@ -111,6 +114,7 @@ impl WorkspaceView<'_> {
             Pane::Picture => panels.viewport.ui(ui, context, out),
             Pane::Timeline => padded(ui, |ui| panels.timeline.ui(ui, context, out)),
             Pane::Environments => padded(ui, |ui| panels.environments.ui(ui, context, out)),
+            Pane::Looks => padded(ui, |ui| panels.looks.ui(ui, context, out)),
             Pane::Light => padded(ui, |ui| {
                 scrolled(ui, |ui| {
                     // The bar to scroll by covers nothing.

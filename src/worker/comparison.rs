@@ -119,7 +119,7 @@ impl RelitFrame<'_> {
 }
 
 /// What a picture of this frame is made of besides: its plate.
-fn extra(of: &PredictedFrame) -> Extra<'_> {
+pub(super) fn extra(of: &PredictedFrame) -> Extra<'_> {
     Extra {
         plate: of.plate.as_deref(),
         ..Extra::default()

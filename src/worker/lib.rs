@@ -29,6 +29,7 @@ mod job;
 mod job_thread;
 mod ladder_thread;
 mod latest;
+mod look_pictures;
 mod lookup;
 mod mailbox;
 mod messages;
@@ -53,7 +54,7 @@ pub use ladder_thread::{LadderPictures, LadderThread};
 pub use latest::Latest;
 pub use lookup::Lookup;
 pub use panorama_loader::{Origin, Panorama, PanoramaLoader};
-pub use preview::{PreviewPicture, PreviewRequest};
+pub use preview::{LookPicture, LookView, PreviewPicture, PreviewRequest};
 pub use review_thread::{Cell, CellPictures, LampSheet, ReviewThread, SavedReview};
 pub use source::{FindComparison, Predict, Prediction, Source, open_project};
 pub use srgb_picture::SrgbPicture;
@@ -232,7 +233,8 @@ impl Worker {
 
     /// Asks for a picture in place of any that was asked for before and is not begun.
     pub fn show(&self, request: PreviewRequest) {
-        self.relighter.put(RelighterRequest::Show(request));
+        self.relighter
+            .put(RelighterRequest::Show(Box::new(request)));
     }
 
     /// The newest picture, once.

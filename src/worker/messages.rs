@@ -37,7 +37,7 @@ pub(super) enum RelighterRequest {
     Predicted(Arc<PredictedFrame>),
     /// OLATs for the first (0) or the second (1) of two pictures to compare.
     Compared(usize, FoundComparison),
-    Show(PreviewRequest),
+    Show(Box<PreviewRequest>),
     /// To make the picture that all of this calls for; `rested` says that nothing else was asked for a while.
     Relight {
         rested: bool,

@@ -57,52 +57,102 @@ pub struct Panorama {
 pub struct PanoramaLoader {
     // Dropped before the thread is joined: without a receiver, a thread that waits to hand over a panorama ends.
     read: Receiver<(Origin, Result<Panorama>)>,
-    thread: Background<Origin>,
+    thread: Background<PanoramaRequest>,
+}
+
+enum PanoramaRequest {
+    InOrder(Origin),
+    /// Before all others. `again`: it is not asked for in order too.
+    First {
+        origin: Origin,
+        again: bool,
+    },
 }
 
 struct Loading<Wake> {
     read: SyncSender<(Origin, Result<Panorama>)>,
     wake: Wake,
+    /// Those that were read before their turn, which need not be read then.
+    ahead: Vec<Origin>,
+    /// Those that were read in their turn.
+    read_in_order: Vec<Origin>,
 }
 
 impl PanoramaLoader {
     /// Starts the thread; `wake` is called after each file.
     pub fn start(wake: impl Fn() + Send + 'static) -> Self {
         let (send, read) = sync_channel(MOST_WAITING);
-        let thread = Background::spawn("panoramas", move |_| Loading { read: send, wake });
+        let thread = Background::spawn("panoramas", move |_| Loading {
+            read: send,
+            wake,
+            ahead: Vec::new(),
+            read_in_order: Vec::new(),
+        });
         Self { read, thread }
     }
 
     /// Asks for a panorama.
     pub fn load(&self, origin: Origin) {
-        self.thread.put(origin);
+        self.thread.put(PanoramaRequest::InOrder(origin));
     }
 
-    /// The panoramas that have been read since the last call, in the order in which they were asked for.
+    /// Asks for a panorama before all others, in place of any that this was asked for and is not begun. `again` says that it
+    /// was read before: otherwise it waits in [`Self::load`]'s order, and is read once.
+    pub fn load_first(&self, origin: Origin, again: bool) {
+        self.thread.put(PanoramaRequest::First { origin, again });
+    }
+
+    /// The panoramas that have been read since the last call, in the order in which they were read.
     pub fn loaded(&self) -> impl Iterator<Item = (Origin, Result<Panorama>)> {
         self.read.try_iter()
     }
 }
 
-impl Request for Origin {
-    /// All are read, one after the other.
+impl Request for PanoramaRequest {
+    /// All are read, one after the other, but for one that comes first.
     fn lane(&self) -> Option<usize> {
-        None
+        matches!(self, Self::First { .. }).then_some(0)
+    }
+}
+
+impl PanoramaRequest {
+    fn origin(&self) -> &Origin {
+        match self {
+            Self::InOrder(origin) | Self::First { origin, .. } => origin,
+        }
     }
 }
 
 impl<Wake: Fn()> Handler for Loading<Wake> {
-    type Request = Origin;
-    type Answer = Panorama;
+    type Request = PanoramaRequest;
+    /// None if it was read before its turn.
+    type Answer = Option<Panorama>;
 
-    fn work(&mut self, origin: &mut Origin) -> Result<Panorama> {
-        Panorama::load(origin)
+    fn work(&mut self, request: &mut PanoramaRequest) -> Result<Option<Panorama>> {
+        let ahead = (self.ahead.iter()).position(|one| one == request.origin());
+        match request {
+            PanoramaRequest::InOrder(_) if let Some(ahead) = ahead => {
+                self.ahead.swap_remove(ahead);
+                return Ok(None);
+            }
+            PanoramaRequest::InOrder(origin) => self.read_in_order.push(origin.clone()),
+            PanoramaRequest::First { again: true, .. } => {}
+            // It is on its way already.
+            PanoramaRequest::First { origin, .. } if self.read_in_order.contains(origin) => {
+                return Ok(None);
+            }
+            PanoramaRequest::First { origin, .. } => self.ahead.push(origin.clone()),
+        }
+        Panorama::load(request.origin()).map(Some)
     }
 
-    fn deliver(&mut self, origin: Origin, panorama: Result<Panorama>) {
-        // Nobody listens once the loader is dropped.
-        if self.read.send((origin, panorama)).is_ok() {
-            (self.wake)();
+    fn deliver(&mut self, request: PanoramaRequest, panorama: Result<Option<Panorama>>) {
+        let origin = request.origin().clone();
+        if let Some(panorama) = panorama.transpose() {
+            // Nobody listens once the loader is dropped.
+            if self.read.send((origin, panorama)).is_ok() {
+                (self.wake)();
+            }
         }
     }
 }
@@ -160,6 +210,33 @@ mod tests {
             loaded[1].1.as_ref().unwrap().environment.radiance.size(),
             (8, 4)
         );
+    }
+
+    #[test]
+    fn one_that_is_shown_is_read_before_its_turn_and_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let files: Vec<Origin> = (0..20)
+            .map(|i| {
+                let file = folder.path().join(format!("{i}.exr"));
+                imaging::file::write_exr(&file, &Image::filled(8, 4, [1.0; 3])).unwrap();
+                Origin::File(file)
+            })
+            .collect();
+        let (wake, woken) = std::sync::mpsc::channel();
+        let loader = PanoramaLoader::start(move || wake.send(()).unwrap());
+        files.iter().for_each(|file| loader.load(file.clone()));
+        loader.load_first(files[19].clone(), false);
+        let mut order = Vec::new();
+        while order.len() < files.len() {
+            woken.recv().unwrap();
+            order.extend(loader.loaded().map(|(origin, _)| origin));
+        }
+        // Some had been read, and some were read and not taken, before it was asked for.
+        let place = order.iter().position(|one| *one == files[19]).unwrap();
+        assert!(place < 19, "{place}");
+        loader.load_first(files[19].clone(), true);
+        let again = test_support::wait_for(|| loader.loaded().next());
+        assert_eq!(again.0, files[19]);
     }
 
     #[test]

@@ -12,6 +12,24 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+/// Another look at the frame of a picture.
+#[derive(Clone, Debug)]
+pub struct LookView {
+    /// Its frame is that of the picture whatever it says.
+    pub scene: Scene,
+    pub environment: Arc<Environment>,
+}
+
+impl PartialEq for LookView {
+    /// Environments are equal if they are the same one.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.environment, &other.environment) && self.scene == other.scene
+    }
+}
+
+/// A look and its picture.
+pub type LookPicture = (LookView, Arc<SrgbPicture>);
+
 /// A picture that the window wants.
 #[derive(Clone, Debug)]
 pub struct PreviewRequest {
@@ -22,6 +40,8 @@ pub struct PreviewRequest {
     pub first: Option<Comparison>,
     /// What it is compared with.
     pub second: Option<Comparison>,
+    /// Looks that are shown beside each other, under all lamps.
+    pub looks: [Option<LookView>; 4],
     /// Lamps that light the subject alone, each as bright as half of an even light; none means all of them.
     pub solo: Vec<usize>,
     /// A `.cube` table that codes go through before they are shown, as a display; it reads and gives sRGB codes. Channels,
@@ -57,6 +77,8 @@ pub struct PreviewPicture {
     pub first: Option<(Comparison, SrgbPicture)>,
     /// What it is compared with, of the same size.
     pub second: Option<(Comparison, SrgbPicture)>,
+    /// The looks that are shown beside each other, of the same size.
+    pub looks: [Option<LookPicture>; 4],
     /// Lamps that light the subject alone.
     pub solo: Vec<usize>,
     /// Scene-linear light of each pixel, premultiplied, where it is in memory at full size.
@@ -131,12 +153,14 @@ impl PreviewInputs {
                 &mine.solo,
                 &mine.first,
                 &mine.second,
+                &mine.looks,
                 &mine.table,
             ) == (
                 &theirs.scene,
                 &theirs.solo,
                 &theirs.first,
                 &theirs.second,
+                &theirs.looks,
                 &theirs.table,
             )
     }

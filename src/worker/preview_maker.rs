@@ -4,6 +4,7 @@
 use super::PredictedFrame;
 use super::adaptive_resolution::{AdaptiveResolution, Reduced, ReducedFrame};
 use super::comparison::{Comparison, RelitFrame};
+use super::look_pictures::LookPictures;
 use super::preview::{PreviewInputs, PreviewPicture, PreviewRequest};
 use super::srgb_picture::SrgbPicture;
 use base::error::Result;
@@ -26,6 +27,7 @@ pub(super) struct PreviewMaker {
     light: Option<EnvironmentLight>,
     /// The lights of the pictures that are compared, if they have some of their own.
     comparison_lights: [Option<EnvironmentLight>; 2],
+    looks: LookPictures,
     /// The frame that the last picture is of.
     last: Option<Arc<PredictedFrame>>,
     /// By what the last picture's frame, environment and second picture are known.
@@ -45,6 +47,7 @@ impl PreviewMaker {
             reference: None,
             light: None,
             comparison_lights: [None, None],
+            looks: LookPictures::default(),
             last: None,
             identity: Identity::default(),
             series: Series::default(),
@@ -139,7 +142,10 @@ impl PreviewMaker {
             (&scene, &of),
             (predicted, inputs.coarse),
         )?;
-        let table = self.table.of(request)?;
+        let of = (request, predicted);
+        let table = &mut self.table;
+        let looks = (self.looks).make(of, (&self.rig, reference), table)?;
+        let table = self.table.of(&request.scene, request.table.as_ref())?;
         if inputs.in_memory || table.is_some() {
             shown.read()?;
         }
@@ -173,6 +179,7 @@ impl PreviewMaker {
             texture: shown.texture.clone(),
             first: request.first.clone().zip(codes(first)),
             second: request.second.clone().zip(codes(second)),
+            looks,
             solo: request.solo.clone(),
             linear: None,
             weights: (weights.per_lamp.iter())
@@ -243,12 +250,13 @@ fn compose(
 
 /// The table that codes go through before they are shown: read again when its file changes.
 #[derive(Default)]
-struct ViewTable(Option<(PathBuf, Option<SystemTime>, Cube)>);
+pub(super) struct ViewTable(Option<(PathBuf, Option<SystemTime>, Cube)>);
 
 impl ViewTable {
-    fn of(&mut self, request: &PreviewRequest) -> Result<Option<&Cube>> {
-        let is_picture = request.scene.effects.inspection == Inspection::Picture;
-        let Some(path) = request.table.as_ref().filter(|_| is_picture) else {
+    /// The table in a file, if the scene is shown through one.
+    pub fn of(&mut self, scene: &Scene, path: Option<&PathBuf>) -> Result<Option<&Cube>> {
+        let is_picture = scene.effects.inspection == Inspection::Picture;
+        let Some(path) = path.filter(|_| is_picture) else {
             return Ok(None);
         };
         let changed = path.metadata().and_then(|file| file.modified()).ok();

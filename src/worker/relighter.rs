@@ -176,7 +176,8 @@ impl<Tell> Relighter<Tell> {
             }
         }
         // What is compared has its full size, and so has what it is compared with.
-        let alone = comparisons.iter().all(|comparison| comparison.is_none());
+        let alone = comparisons.iter().all(|comparison| comparison.is_none())
+            && request.looks.iter().all(Option::is_none);
         Some(PreviewInputs {
             request: PreviewRequest {
                 scene: Scene {
@@ -246,7 +247,7 @@ impl<Tell: Fn(Event)> Handler for Relighter<Tell> {
             RelighterRequest::Opened(opened) => self.opened(opened),
             RelighterRequest::Predicted(predicted) => self.predicted(predicted),
             RelighterRequest::Compared(side, comparison) => self.found(*side, comparison),
-            RelighterRequest::Show(request) => self.request = Some(request.clone()),
+            RelighterRequest::Show(request) => self.request = Some((**request).clone()),
             RelighterRequest::Relight { rested } => return self.relight(*rested),
         }
         self.changed = true;

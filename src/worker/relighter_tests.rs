@@ -61,7 +61,7 @@ impl Bench {
 
     fn show(&mut self, frame: usize, yaw_deg: f32) {
         let request = ask(frame, yaw_deg, &self.light);
-        self.hear(RelighterRequest::Show(request));
+        self.hear(RelighterRequest::Show(Box::new(request)));
     }
 
     /// The newest picture's frame and yaw, once.
@@ -157,7 +157,7 @@ fn a_coarse_picture_is_made_again_at_full_size_when_the_pointer_rests() {
         dragged: true,
         ..ask(0, 20.0, &bench.light)
     };
-    bench.hear(RelighterRequest::Show(dragged));
+    bench.hear(RelighterRequest::Show(Box::new(dragged)));
     let coarse = bench.pictures.take().unwrap();
     assert!(coarse.coarse > 1);
     let (wait, rested) = bench.relighter.rest().unwrap();
@@ -204,13 +204,13 @@ fn olats_to_compare_with_are_asked_for_once_and_those_of_another_frame_are_dropp
         ..ask(0, yaw_deg, &bench.light)
     };
     let [first, turned] = [0.0, 10.0].map(compared);
-    bench.hear(RelighterRequest::Show(first));
+    bench.hear(RelighterRequest::Show(Box::new(first)));
     let Some(NetworkRequest::Compare(1, wanted)) = bench.network.take() else {
         panic!("nothing is asked for");
     };
     assert_eq!((wanted.frame, wanted.generation), (0, 1));
     assert!(bench.pictures.take().unwrap().second.is_none());
-    bench.hear(RelighterRequest::Show(turned));
+    bench.hear(RelighterRequest::Show(Box::new(turned)));
     assert!(bench.network.take().is_none(), "it is on its way");
     bench.pictures.take();
     let found = |of: ComparisonRequest| {

@@ -76,6 +76,7 @@ pub(crate) fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) ->
         environment: environment.clone(),
         first: None,
         second: None,
+        looks: Default::default(),
         solo: Vec::new(),
         table: None,
         dragged: false,
@@ -87,6 +88,60 @@ pub(crate) fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) ->
 pub(crate) fn from_the_left() -> Arc<Environment> {
     let radiance = Image::from_fn(64, 32, |x, _| [if x < 32 { 1.0 } else { 0.0 }; 3]);
     Arc::new(Environment::from_radiance("left", radiance))
+}
+
+#[test]
+fn looks_beside_each_other_are_each_the_picture_that_they_are_alone() {
+    let (worker, go, _begun) = slow_worker();
+    go.send(()).unwrap();
+    let light = from_the_left();
+    let alone = |yaw_deg: f32, stops: f32| {
+        let mut request = ask(0, yaw_deg, &light);
+        request.scene.exposure_stops = stops;
+        request
+    };
+    let wanted = [(0.0, 0.0), (40.0, 0.5), (-33.3, -1.0)];
+    let of = |(yaw_deg, stops)| {
+        worker.show(alone(yaw_deg, stops));
+        let is_it = |relit: &Arc<PreviewPicture>| {
+            (relit.scene.yaw_deg, relit.scene.exposure_stops) == (yaw_deg, stops)
+        };
+        wait_for(|| worker.relit().filter(is_it)).rgb.clone()
+    };
+    let pictures = wanted.map(of);
+    let view = |(yaw_deg, stops)| {
+        let PreviewRequest {
+            scene, environment, ..
+        } = alone(yaw_deg, stops);
+        Some(LookView { scene, environment })
+    };
+    let [a, b, c] = wanted.map(view);
+    let mut request = ask(0, 7.0, &light);
+    request.looks = [a, None, b, c];
+    let shown = |request: &PreviewRequest| {
+        worker.show(request.clone());
+        let is_it = |relit: &Arc<PreviewPicture>| {
+            let found = relit
+                .looks
+                .each_ref()
+                .map(|one| one.as_ref().map(|(of, _)| of));
+            found == request.looks.each_ref().map(Option::as_ref)
+        };
+        wait_for(|| worker.relit().filter(is_it))
+    };
+    let first = shown(&request);
+    let codes = |relit: &PreviewPicture, place: usize| {
+        let (_, codes) = relit.looks[place].clone().unwrap();
+        codes
+    };
+    for (place, picture) in [(0, &pictures[0]), (2, &pictures[1]), (3, &pictures[2])] {
+        assert!(codes(&first, place).rgb == *picture, "place {place}");
+    }
+    // One of them changes: the others are not made again.
+    request.looks[2] = request.looks[3].clone();
+    let second = shown(&request);
+    assert!(Arc::ptr_eq(&codes(&first, 0), &codes(&second, 0)));
+    assert!(codes(&second, 2).rgb == pictures[2]);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::{Window, clay, drop_onto, until, until_shown, window};
 use afterlight::imaging::{Image, file::write_exr};
 use afterlight::light::conventions::{Front, Tool};
 use afterlight::project::Project;
-use afterlight::studio::StudioApp;
+use afterlight::studio::{Pane, Preferences, StudioApp};
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
@@ -287,4 +287,142 @@ fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
     window.key_press(Key::Escape);
     window.run_steps(2);
     assert!(window.state().state().path.is_none());
+}
+
+/// A window of a person on the project in `folder`.
+fn open_as(settings: &Path, folder: &Path) -> Window {
+    let (preferences, project) = (
+        Preferences::from_file(settings),
+        Project::open(folder).unwrap(),
+    );
+    let mut window = window(|ctx| StudioApp::over_as(ctx, preferences, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        let read = app.environments().iter().all(|e| !e.panorama.is_waiting());
+        app.relit().is_some() && read
+    });
+    window
+}
+
+fn top(window: &Window, name: &str) -> f32 {
+    window.get_by_label(name).rect().top()
+}
+
+#[test]
+fn a_favourite_is_first_in_every_project_of_a_person() {
+    let folder = crate::temporary();
+    let settings = folder.path().join("settings/window.json");
+    let (one, _) = project_and_yard(folder.path());
+    let other = folder.path().join("other");
+    std::fs::create_dir(&other).unwrap();
+    clay::project(&other, clay::environments(&other))
+        .save()
+        .unwrap();
+    let mut window = open_as(&settings, &one);
+    assert!(window.query_by_label("Environments: Favourites").is_none());
+    assert!(top(&window, "Three-point") > top(&window, "sky"));
+    window.get_by_label("Three-point").click();
+    until_shown(&mut window);
+    window.get_by_label("Star Three-point").click();
+    window.run_steps(3);
+    assert!(top(&window, "Three-point") < top(&window, "sky"));
+    // By key, while the pane has the keys: the one that is shown.
+    window.get_by_label("sky").click();
+    until_shown(&mut window);
+    assert_eq!(window.state().state().active, Pane::Environments);
+    window.key_press(Key::S);
+    window.run_steps(3);
+    super::snapshot(&mut window, "studio_favourites");
+    drop(window);
+
+    let mut window = open_as(&settings, &other);
+    assert!(top(&window, "Three-point") < top(&window, "window"));
+    assert!(
+        top(&window, "sky") > top(&window, "window"),
+        "another file of that name is none"
+    );
+    window.get_by_label("Unstar Three-point").click();
+    window.run_steps(3);
+    assert!(window.query_by_label("Environments: Favourites").is_none());
+}
+
+#[test]
+fn two_hundred_panoramas_are_grouped_by_folder_searched_and_gone_through_by_key() {
+    let folder = crate::temporary();
+    let (home, yard) = project_and_yard(folder.path());
+    let place = |i: usize| {
+        let kind = ["day", "dusk", "night", "studio"][i / 50];
+        folder
+            .path()
+            .join(format!("hdri/{kind}/{kind}_{:02}.exr", i % 50))
+    };
+    for i in 0..200 {
+        std::fs::create_dir_all(place(i).parent().unwrap()).unwrap();
+        std::fs::hard_link(&yard, place(i)).unwrap();
+    }
+    Project::change(&home, |project| {
+        for i in 0..200 {
+            project.add_environment(&place(i), Some(Front::default()));
+        }
+        Ok(())
+    })
+    .unwrap();
+    let mut window = open(&home);
+    assert_eq!(window.state().environments().len(), 210);
+    for (group, some) in [("Shoot", "sky"), ("Built in", "Nave"), ("dusk", "dusk_07")] {
+        assert!(top(&window, &format!("Environments: {group}")) < top(&window, some));
+    }
+    window.get_by_label("Environments: day").scroll_to_me();
+    window.run_steps(4);
+    window.get_by_label("Environments: day").click();
+    window.run_steps(3);
+    assert!(window.query_by_label("day_03").is_none(), "it is folded");
+
+    window.get_by_label("Search environments").click();
+    window.run_steps(2);
+    window.event(egui::Event::Text("night 07".to_owned()));
+    window.run_steps(3);
+    window.get_by_label("night_07");
+    assert!(window.query_by_label("night_08").is_none() && window.query_by_label("sky").is_none());
+    window.key_press(Key::Enter);
+    until_shown(&mut window);
+    let shown = |window: &Window| {
+        let look = &window.state().state().look;
+        look.environments[look.environment].name.clone()
+    };
+    assert_eq!(shown(&window), "night_07");
+    // Within what is found.
+    window.get_by_label("Search environments").click();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(egui::Event::Text("_07".to_owned()));
+    window.run_steps(3);
+    window.key_press(Key::ArrowDown);
+    window.run_steps(3);
+    assert_eq!(shown(&window), "studio_07");
+    window.key_press(Key::ArrowDown);
+    window.run_steps(3);
+    assert_eq!(shown(&window), "day_07", "around the end");
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+    assert!(window.query_by_label("night_08").is_some());
+
+    // The arrows go through the list as it is shown, and bring into sight what they come to.
+    window.get_by_label("sky").scroll_to_me();
+    window.run_steps(4);
+    window.get_by_label("sky").click();
+    window.run_steps(3);
+    window.key_press(Key::ArrowUp);
+    window.run_steps(3);
+    window.key_press(Key::ArrowUp);
+    window.run_steps(6);
+    assert_eq!(shown(&window), "studio_49");
+    let row = window.get_by_label("studio_49").rect();
+    assert!(row.bottom() < 600.0, "{row:?}");
+    until_shown(&mut window);
+    super::snapshot(&mut window, "studio_environments_many");
+    let started = std::time::Instant::now();
+    (0..20).for_each(|_| window.step());
+    let each = started.elapsed() / 20;
+    eprintln!("210 environments: {each:?} a frame");
+    assert!(each < std::time::Duration::from_millis(100), "{each:?}");
 }

@@ -1,10 +1,12 @@
 //! What is saved without being asked for: the project's look, and a person's preferences.
 
+use crate::favourites::Favourites;
 use crate::layout::Layout;
-use crate::look::LookSettings;
 use crate::preferences::Preferences;
+use crate::saved_history::{self, History};
 use crate::saved_look::SavedLook;
 use crate::saver::Saver;
+use crate::state::State;
 use base::error::Result;
 use project::Project;
 use std::path::{Path, PathBuf};
@@ -15,6 +17,10 @@ pub struct Autosave {
     /// The layout was changed by a drag that is not over yet, or by a command.
     pub layout_edited: bool,
     look: SavedLook,
+    /// How many steps could be undone and redone when the look was saved last.
+    steps: [usize; 2],
+    /// Why the newest text of a file is not written.
+    failed: Option<String>,
     saver: Saver,
 }
 
@@ -24,6 +30,8 @@ impl Autosave {
             preferences,
             layout_edited: false,
             look: SavedLook::default(),
+            steps: [0; 2],
+            failed: None,
             saver: Saver::start(wake),
         }
     }
@@ -72,37 +80,62 @@ impl Autosave {
         self.save_preferences();
     }
 
-    /// Gives `look`, which has the project's environments, what was saved of the project's look. `mine` says whether
-    /// this window may write there.
+    /// The environments that a person likes.
+    pub fn favourites(&self) -> &Favourites {
+        self.preferences.favourites()
+    }
+
+    /// Changes them.
+    pub fn edit_favourites(&mut self, edit: impl FnOnce(&mut Favourites)) {
+        edit(self.preferences.favourites_mut());
+        self.save_preferences();
+    }
+
+    /// Gives a window that was just opened, and has the project's environments, what was saved of the project's look and of
+    /// the steps to it. `mine` says whether this window may write there.
     ///
     /// # Errors
-    /// When the file cannot be understood: if it is `mine`, it is renamed; the look stays.
-    pub fn load_look(
-        &mut self,
-        project: &Project,
-        mine: bool,
-        look: &mut LookSettings,
-    ) -> Result<()> {
+    /// When the look cannot be understood: if it is `mine`, it is renamed, and the look stays. When the steps do not lead to
+    /// that look: there are none then.
+    pub fn load_look(&mut self, project: &Project, mine: bool, state: &mut State) -> Result<()> {
+        let look = &mut state.look;
         let loaded = match self.saver.unwritten(&SavedLook::path(project)) {
             Some(text) => Ok(SavedLook::of_text(&text)),
             None => SavedLook::load(project, mine),
         };
         let loaded = loaded.map(|saved| saved.into_iter().for_each(|saved| saved.apply(look)));
         self.look = SavedLook::of(look);
-        loaded
+        let unwritten = self.saver.unwritten(&saved_history::path(project));
+        let history = History::load(project, unwritten.as_deref(), look);
+        let history = history.map(|history| state.remember(history));
+        self.steps = state.history().map(<[_]>::len);
+        loaded.and(history)
     }
 
-    /// Saves a project's look if it changed.
-    pub fn save_look(&mut self, project: &Project, look: &LookSettings) {
-        let look = SavedLook::of(look);
-        if look != self.look {
-            self.saver.save(SavedLook::path(project), look.text());
-            self.look = look;
+    /// Saves a project's look and the steps to it if they changed. The steps come first: see [`saved_history`].
+    pub fn save_look(&mut self, project: &Project, state: &State) {
+        let (look, history) = (SavedLook::of(&state.look), state.history());
+        let steps = history.map(<[_]>::len);
+        let is_changed = look != self.look;
+        if (is_changed || steps != self.steps)
+            && let Some(text) = History::text(history, &state.look)
+        {
+            self.saver.save(saved_history::path(project), text);
         }
+        if is_changed {
+            self.saver.save(SavedLook::path(project), look.text());
+        }
+        (self.look, self.steps) = (look, steps);
+    }
+
+    /// Why something that was changed is not on the disk: the last attempt to write it failed.
+    pub fn unsaved(&self) -> Option<&str> {
+        self.failed.as_deref()
     }
 
     /// What could not be written since the last call.
-    pub fn failures(&self) -> impl Iterator<Item = String> {
+    pub fn failures(&mut self) -> impl Iterator<Item = String> {
+        self.failed = self.saver.failed();
         self.saver.failures()
     }
 }

@@ -12,6 +12,7 @@ impl StudioApp {
             Command::Look(LookCommand::Redo) if self.paints(false) => {
                 self.readers.matte.travel(false)
             }
+            Command::Look(LookCommand::StepEnvironment(step)) => self.step_environment(step),
             Command::Look(command) => {
                 if matches!(command, LookCommand::AddEnvironments(_)) {
                     // It answers why files that were dropped before are none.
@@ -39,6 +40,8 @@ impl StudioApp {
             Command::Project(command) => self.apply_to_project(command),
             Command::Job(command) => self.apply_to_job(command),
             Command::Machine(command) => self.apply_to_machine(command),
+            Command::Looks(command) => self.apply_to_looks(command),
+            Command::Environments(command) => self.apply_to_environments(command),
             Command::Dialog(dialog) => self.open_dialog(dialog),
             Command::Chosen(dialog, paths) => {
                 self.state.path = None;

@@ -2,9 +2,10 @@
 
 use super::StudioApp;
 use super::drops::PANORAMAS;
+use super::looks::ENDING;
 use crate::command::{
-    Command, Dialog, ExportCommand, LookCommand, MachineCommand, ProjectCommand, ReviewCommand,
-    ViewCommand,
+    Command, Dialog, ExportCommand, LookCommand, LooksCommand, MachineCommand, ProjectCommand,
+    ReviewCommand, ViewCommand,
 };
 use crate::comparison::{CompareSettings, Reference};
 use crate::state::{PathEntry, Wanted};
@@ -19,6 +20,9 @@ use worker::background::catch_panic;
 
 /// Nobody closes a dialog so soon: it was never there.
 const SOON: Duration = Duration::from_millis(400);
+
+/// The extension of files with looks.
+const LOOKS: [&str; 1] = ["json"];
 
 /// What a dialog is called, and what can be chosen in it.
 struct Ask {
@@ -188,6 +192,15 @@ impl StudioApp {
                 ("Markdown", &["md"]),
                 "machine.md",
             )),
+            Dialog::SaveLook => {
+                let name = &self.saved_as.as_ref()?.name;
+                let (kind, file) = (("Look", &LOOKS[..]), format!("{name}{ENDING}"));
+                Some(Ask::new_file("Save the look", kind, &file))
+            }
+            Dialog::LoadLook => Some(Ask {
+                filter: Some(("Look", &LOOKS)),
+                ..Ask::new(Wanted::Files, "Load a look")
+            }),
         }
     }
 
@@ -217,6 +230,8 @@ impl StudioApp {
             Dialog::Truth => Command::Review(ReviewCommand::Measure(Some(first))),
             Dialog::ReportPage => Command::Review(ReviewCommand::Report(first)),
             Dialog::MachineReport => Command::Machine(MachineCommand::Save(first)),
+            Dialog::SaveLook => Command::Looks(LooksCommand::Write(first)),
+            Dialog::LoadLook => Command::Looks(LooksCommand::Load(first)),
         })
     }
 }

@@ -1,7 +1,8 @@
 //! Files and folders that are dropped onto the window.
 
 use super::StudioApp;
-use crate::command::{Command, LookCommand, ProjectCommand};
+use super::looks::ENDING;
+use crate::command::{Command, LookCommand, LooksCommand, ProjectCommand};
 use crate::layout::Pane;
 use crate::status::Phase;
 use footage::scan::is_shoot;
@@ -72,6 +73,9 @@ impl StudioApp {
         if path.join("project.toml").exists() {
             return Some(Command::Project(ProjectCommand::Open(path)));
         }
+        if path.to_string_lossy().ends_with(ENDING) && self.session.project.is_some() {
+            return Some(Command::Looks(LooksCommand::Load(path)));
+        }
         if is_shoot(&path) {
             let lost = Some(Need::Shoot);
             return Some(match &self.status.phase {
@@ -82,8 +86,8 @@ impl StudioApp {
             });
         }
         self.status.refuse(format!(
-            "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor the folder of a project (with its \
-             project.toml) or of a shoot (with its manifest.json)",
+            "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif), a look (.look.json) nor the folder of a project \
+             (with its project.toml) or of a shoot (with its manifest.json)",
             path.display()
         ));
         None

@@ -3,7 +3,7 @@
 use super::StudioApp;
 use crate::command::{ExportCommand, JobCommand};
 use crate::destination_check::{DestinationCheck, DestinationQuery};
-use crate::environment_library::PanoramaState;
+use crate::environment_library::light_of;
 use crate::state::State;
 use export::Destination;
 use export::relight::relight;
@@ -75,13 +75,14 @@ impl StudioApp {
         if let Some(obstacle) = options.obstacle(&self.status.phase, panorama) {
             return self.status.refuse(obstacle.to_owned());
         }
-        let (Some(worker), Some(project), Some(PanoramaState::Done { panorama, .. })) =
-            (&self.session.worker, &self.session.project, panorama)
+        let entries = self.library.entries();
+        let light = entry.and_then(|entry| light_of(entries, &entry.listed.origin));
+        let (Some(worker), Some(project), Some(light)) =
+            (&self.session.worker, &self.session.project, light)
         else {
             return;
         };
         self.status.refusal = None;
-        let light = panorama.environment.clone();
         let settings = options.settings(
             project,
             &self.state.look,

@@ -1,15 +1,17 @@
 //! The picture in the viewport: what is asked for, and when the next frame is due.
 
 use crate::environment_library::EnvironmentLibrary;
+use crate::four_looks::FourPicture;
 use crate::layout::Pane;
 use crate::state::State;
 use crate::status::Status;
+use crate::stored_looks::StoredLooks;
 use egui::Context;
 use scene::Scene;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
-use worker::{Comparison, Origin, PreviewPicture, PreviewRequest, Worker};
+use worker::{Comparison, LookView, Origin, PreviewPicture, PreviewRequest, Worker};
 
 /// The newest picture, and what was asked for last.
 #[derive(Default)]
@@ -28,6 +30,7 @@ struct PictureRequest {
     scene: Scene,
     environment: Origin,
     compared: [Option<Comparison>; 2],
+    looks: [Option<LookView>; 4],
     solo: Vec<usize>,
     table: Option<PathBuf>,
 }
@@ -71,7 +74,7 @@ impl Preview {
         &mut self,
         (worker, root): (&Worker, Option<&Path>),
         shown: &[Pane],
-        library: &EnvironmentLibrary,
+        (library, stored): (&EnvironmentLibrary, &StoredLooks),
         state: &State,
         status: &mut Status,
     ) {
@@ -81,10 +84,19 @@ impl Preview {
         let Some(environment) = library.environment(&entry.listed.origin) else {
             return;
         };
+        let compared = match state.four.on {
+            true => [None, None],
+            false => (state.compare).pictures(&state.look, |origin| library.environment(origin)),
+        };
+        let look = |slot| match FourPicture::of(slot, state, stored, library.entries()) {
+            FourPicture::View(view) if state.four.on => Some(view),
+            _ => None,
+        };
         let request = PictureRequest {
             scene: state.scene(),
             environment: entry.listed.origin.clone(),
-            compared: (state.compare).pictures(&state.look, |origin| library.environment(origin)),
+            compared,
+            looks: state.four.slots.each_ref().map(look),
             solo: state.solo.clone(),
             table: root.and_then(|root| state.export_options.shown_table(root)),
         };
@@ -109,6 +121,7 @@ impl Preview {
                 environment,
                 first,
                 second,
+                looks: request.looks.clone(),
                 solo: request.solo.clone(),
                 table: request.table.clone(),
                 dragged,

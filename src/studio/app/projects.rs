@@ -114,7 +114,8 @@ impl StudioApp {
         let (list, complaints) = (self.library).open(&project, mine);
         self.state.look.environments = list;
         complaints.into_iter().for_each(|it| self.status.say(it));
-        if let Err(e) = (self.autosave).load_look(&project, mine, &mut self.state.look) {
+        self.looks.open(&project.root);
+        if let Err(e) = (self.autosave).load_look(&project, mine, &mut self.state) {
             self.status.refuse(e.to_string());
         }
     }

@@ -42,6 +42,9 @@ impl StudioApp {
             WindowCommand::Dismiss if state.keys => state.keys = false,
             WindowCommand::Dismiss if state.machine => state.machine = false,
             WindowCommand::Dismiss if state.full_screen => self.fill_screen(false),
+            WindowCommand::Dismiss if self.status.refusal.is_none() && state.four.on => {
+                state.four.on = false;
+            }
             WindowCommand::Dismiss
                 if self.status.refusal.is_none() && state.aims && state.cell.is_none() =>
             {

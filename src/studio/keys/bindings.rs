@@ -1,11 +1,12 @@
 //! The table of keys.
 
 use crate::command::Command::{
-    Aim, Calibration, Export, Job, Look, Matte, Review, Training, View, Window,
+    Aim, Calibration, Environments, Export, Job, Look, Looks, Matte, Review, Training, View, Window,
 };
 use crate::command::{
-    AimCommand, CalibrationCommand, Command, ExportCommand, JobCommand, LookCommand, MatteCommand,
-    ReviewCommand, TrainingCommand, ViewCommand, WindowCommand,
+    AimCommand, CalibrationCommand, Command, EnvironmentsCommand, ExportCommand, JobCommand,
+    LookCommand, LooksCommand, MatteCommand, ReviewCommand, TrainingCommand, ViewCommand,
+    WindowCommand,
 };
 use crate::keyframed::Keyframed;
 use crate::layout::{Pane, Workspace};
@@ -71,6 +72,7 @@ const fn verdict(mark: Mark) -> Command {
     Review(ReviewCommand::Verdict(mark))
 }
 
+const FAVOURITE: Command = Environments(EnvironmentsCommand::ToggleFavourite(None));
 const NEXT_WORST: Command = Review(ReviewCommand::NextWorst);
 const TRAIN: Command = Training(TrainingCommand::Start { fresh: false });
 
@@ -80,6 +82,7 @@ const TRAINING: Pane = Pane::Training;
 const FOOTAGE: Pane = Pane::Footage;
 const REVIEW: Pane = Pane::Review;
 const LAMPS: Pane = Pane::Lamps;
+const ENVIRONMENTS: Pane = Pane::Environments;
 pub const EXPORT: Pane = Pane::Export;
 
 const NONE: Modifiers = Modifiers::NONE;
@@ -155,6 +158,11 @@ pub const BINDINGS: &[Binding] = &[
     within(LAMPS, NONE, Key::Num3, verdict(Mark::Bad), "Mark the cell as bad"),
     within(LAMPS, NONE, Key::N, NEXT_WORST, "Next worst cell without a verdict"),
 
+    within(ENVIRONMENTS, CTRL, Key::F, Window(WindowCommand::FocusPane), "Search the environments"),
+    within(ENVIRONMENTS, NONE, Key::ArrowUp, Look(LookCommand::StepEnvironment(-1)), "Previous environment"),
+    within(ENVIRONMENTS, NONE, Key::ArrowDown, Look(LookCommand::StepEnvironment(1)), "Next environment"),
+    within(ENVIRONMENTS, NONE, Key::S, FAVOURITE, "Make it a favourite, or no longer"),
+
     on(NONE, Key::Space, View(ViewCommand::TogglePlay), "Play or stop"),
     on(NONE, Key::I, View(ViewCommand::MarkIn), "Set the in point"),
     on(NONE, Key::O, View(ViewCommand::MarkOut), "Set the out point"),
@@ -170,6 +178,7 @@ pub const BINDINGS: &[Binding] = &[
     on(NONE, Key::P, Job(JobCommand::Pause), "Pause or resume the job"),
     on(NONE, Key::F, View(ViewCommand::Fit), "Fit the picture"),
     on(NONE, Key::Num1, Window(WindowCommand::ActualSize), "Zoom to 100 %"),
+    on(NONE, Key::Num4, Looks(LooksCommand::ToggleFour), "Compare four looks"),
     on(CTRL, Key::R, Look(LookCommand::ResetView), "Reset zoom and exposure"),
     on(CTRL_SHIFT, Key::Z, Look(LookCommand::Redo), "Redo"),
     on(CTRL, Key::Z, Look(LookCommand::Undo), "Undo"),

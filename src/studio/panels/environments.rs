@@ -1,21 +1,38 @@
-//! The list of environments: the shoot's, the built-in ones, and those a person added.
+//! The list of environments: favourites, the shoot's, the built-in ones, and those a person added, by folders.
 
-use crate::command::{Command, Dialog, LookCommand};
+use crate::command::{Command, Dialog, EnvironmentsCommand, LookCommand};
+use crate::environment_groups::{self, EnvironmentGroup};
 use crate::environment_library::{EnvironmentEntry, PanoramaState};
 use crate::environment_list::Owner;
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
-use egui::{Color32, Pos2, Rect, Response, RichText, Sense, Ui, Vec2, pos2, vec2};
+use egui::{
+    Button, Color32, Event, Key, Mesh, Pos2, Rect, Response, RichText, Sense, Shape, TextEdit, Ui,
+    Vec2, pos2, vec2,
+};
+use std::collections::BTreeSet;
 
-/// Side of the button that removes an entry, in points.
+/// Side of the button that removes an entry, and of a star, in points.
 const REMOVE: f32 = 20.0;
+const STAR: f32 = 20.0;
 
-/// The panel has no state of its own.
+/// What is folded, and what the panel has to bring into sight.
 #[derive(Default)]
-pub struct EnvironmentsPanel;
+pub struct EnvironmentsPanel {
+    folded: BTreeSet<String>,
+    /// The entry that lit the subject when the panel was drawn last.
+    last: Option<usize>,
+    /// Whether the search field gets the focus.
+    focus: bool,
+}
 
 impl EnvironmentsPanel {
+    /// Gives the focus to the search field.
+    pub fn focus(&mut self) {
+        self.focus = true;
+    }
+
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.add_space(GAP);
         ui.horizontal(|ui| {
@@ -34,24 +51,138 @@ impl EnvironmentsPanel {
                 RichText::new("None yet. Add lat-long panoramas, or drop them here.")
                     .color(theme::QUIET),
             );
+            return;
         }
+        let groups = environment_groups::shown(context.environments, &context.state.search);
+        self.search_ui(ui, context, &groups, out);
+        if groups.is_empty() {
+            ui.label(RichText::new("None has these words").color(theme::QUIET));
+        }
+        let shown = context.state.look.environment;
+        let is_new = self.last.is_some_and(|last| last != shown);
+        self.last = Some(shown);
         egui::ScrollArea::vertical()
             .auto_shrink(false)
             .show(ui, |ui| {
                 ui.spacing_mut().item_spacing.y = 2.0;
-                for (i, entry) in context.environments.iter().enumerate() {
-                    let chosen = i == context.state.look.environment;
-                    let row = row_ui(ui, entry, context, chosen);
-                    if chosen
-                        && entry.listed.owner == Owner::Person
-                        && remove_ui(ui, entry, row.rect)
-                    {
-                        out.push(Command::Look(LookCommand::RemoveEnvironment(i)));
-                    } else if row.clicked() && !(chosen && context.state.solo.is_empty()) {
-                        out.push(Command::Look(LookCommand::Environment(i)));
+                for group in &groups {
+                    // What is searched for, or was chosen by a key, is not hidden.
+                    let searched = !context.state.search.trim().is_empty();
+                    if is_new && group.entries.contains(&shown) {
+                        self.folded.remove(&group.title);
+                    }
+                    if self.heading_ui(ui, group, searched) {
+                        continue;
+                    }
+                    for &i in &group.entries {
+                        if let Some(entry) = context.environments.get(i) {
+                            self.entry_ui(ui, i, entry, (i == shown, is_new), context, out);
+                        }
                     }
                 }
             });
+    }
+
+    fn entry_ui(
+        &self,
+        ui: &mut Ui,
+        i: usize,
+        entry: &EnvironmentEntry,
+        (chosen, is_new): (bool, bool),
+        context: &PanelContext,
+        out: &mut Vec<Command>,
+    ) {
+        let row = row_ui(ui, entry, context, chosen);
+        if chosen && is_new {
+            row.scroll_to_me(None);
+        }
+        let is_over = ui.rect_contains_pointer(row.rect);
+        if !ui.is_rect_visible(row.rect) {
+            return;
+        }
+        if (entry.favourite || chosen || is_over) && star_ui(ui, entry, row.rect) {
+            let toggle = EnvironmentsCommand::ToggleFavourite(Some(i));
+            out.push(Command::Environments(toggle));
+        } else if chosen && entry.listed.owner == Owner::Person && remove_ui(ui, entry, row.rect) {
+            out.push(Command::Look(LookCommand::RemoveEnvironment(i)));
+        } else if row.clicked() && !(chosen && context.state.solo.is_empty()) {
+            out.push(Command::Look(LookCommand::Environment(i)));
+        }
+    }
+
+    /// The field that filters the list. Up and Down go through what is found, Enter takes the first, Escape empties it.
+    fn search_ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        groups: &[EnvironmentGroup],
+        out: &mut Vec<Command>,
+    ) {
+        let mut words = context.state.search.clone();
+        let field = TextEdit::singleline(&mut words)
+            .id(egui::Id::unique("search environments"))
+            .hint_text(format!("{} Search", icons::SEARCH))
+            .desired_width(f32::INFINITY);
+        let response = ui.add(field);
+        response.widget_info(|| {
+            egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Search environments")
+        });
+        if std::mem::take(&mut self.focus) {
+            response.request_focus();
+        }
+        let search = |words: String| Command::Environments(EnvironmentsCommand::Search(words));
+        let pressed = |key| ui.input(|input| input.key_pressed(key));
+        // It has lost the focus by Escape, which the window takes for itself then.
+        let escape = |event: &Event| {
+            let key = Key::Escape;
+            matches!(event, Event::Key { key: of, pressed: true, .. } if *of == key)
+        };
+        let escaped = ui.input(|input| input.raw.events.iter().any(escape));
+        if response.changed() {
+            out.push(search(words));
+        } else if response.lost_focus() && escaped {
+            out.push(search(String::new()));
+        } else if response.lost_focus() && pressed(Key::Enter) {
+            let shown = context.state.look.environment;
+            let found = groups.iter().flat_map(|group| &group.entries);
+            if let (Some(&first), false) =
+                (found.clone().next(), found.clone().any(|&i| i == shown))
+            {
+                out.push(Command::Look(LookCommand::Environment(first)));
+            }
+        } else if response.has_focus() {
+            for (key, step) in [(Key::ArrowDown, 1), (Key::ArrowUp, -1)] {
+                if pressed(key) {
+                    out.push(Command::Look(LookCommand::StepEnvironment(step)));
+                }
+            }
+        }
+    }
+
+    /// The heading of a group; returns whether the group is folded.
+    fn heading_ui(&mut self, ui: &mut Ui, group: &EnvironmentGroup, searched: bool) -> bool {
+        let folded = !searched && self.folded.contains(&group.title);
+        let arrow = if folded { icons::NEXT } else { icons::DOWN };
+        let arrow = RichText::new(arrow).size(12.0).color(theme::QUIET);
+        let words = format!("{} ({})", group.title, group.entries.len());
+        let words = RichText::new(words).size(12.0).color(theme::QUIET);
+        let heading = Button::new((arrow, words))
+            .frame_when_inactive(false)
+            .truncate()
+            .min_size(vec2(0.0, 20.0));
+        ui.spacing_mut().button_padding = vec2(2.0, 1.0);
+        let response = ui.add(heading);
+        response.widget_info(|| {
+            let name = format!("Environments: {}", group.title);
+            egui::WidgetInfo::selected(egui::Role::DisclosureTriangle, true, !folded, name)
+        });
+        if response.clicked() {
+            match folded {
+                true => self.folded.remove(&group.title),
+                false => self.folded.insert(group.title.clone()),
+            };
+        }
+        folded
     }
 }
 
@@ -62,6 +193,9 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
     response.widget_info(|| {
         egui::WidgetInfo::selected(egui::Role::Button, true, chosen, context.title(entry))
     });
+    if !ui.is_rect_visible(rect) {
+        return response;
+    }
     let fill = match (chosen, response.hovered()) {
         (true, _) => Color32::from_gray(68),
         (false, true) => Color32::from_gray(52),
@@ -121,7 +255,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
     match &entry.panorama {
         PanoramaState::Failed(sentence) => response.on_hover_text(sentence),
         PanoramaState::Done { panorama, .. } => {
-            let (width, height) = panorama.environment.radiance.size();
+            let (width, height) = panorama.size;
             let (from, whose) = (&entry.listed.origin, entry.listed.owner.says());
             let mut hint = format!("{from}\n{whose}, {width} × {height} pixels");
             for note in &panorama.notes {
@@ -155,6 +289,51 @@ fn remove_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
     response
         .on_hover_text(format!("{name} from the list; the file is kept"))
         .clicked()
+}
+
+/// The star over a row's picture; returns whether it was clicked.
+fn star_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
+    let name = &entry.listed.name;
+    let (called, hint) = match entry.favourite {
+        true => (format!("Unstar {name}"), "No longer a favourite"),
+        false => (
+            format!("Star {name}"),
+            "A favourite: first in the list, in every project. Key: S",
+        ),
+    };
+    let place = Rect::from_min_size(row.min + vec2(8.0, 5.0), Vec2::splat(STAR));
+    let response = ui.interact(place, ui.scope_id().with(("star", name)), Sense::click());
+    response.widget_info(|| {
+        egui::WidgetInfo::selected(egui::Role::Button, true, entry.favourite, &called)
+    });
+    let painter = ui.painter();
+    painter.rect_filled(place, 3.0, Color32::from_black_alpha(160));
+    let color = match entry.favourite || response.hovered() || response.has_focus() {
+        true => Color32::WHITE,
+        false => theme::QUIET,
+    };
+    if entry.favourite {
+        painter.add(star(place.center(), 0.4 * STAR, color));
+    } else {
+        let font = egui::FontId::proportional(14.0);
+        let center = egui::Align2::CENTER_CENTER;
+        painter.text(place.center(), center, icons::STAR, font, color);
+    }
+    response.on_hover_text(hint).clicked()
+}
+
+/// A full star.
+fn star(center: Pos2, radius: f32, color: Color32) -> Shape {
+    let mut mesh = Mesh::default();
+    mesh.colored_vertex(center, color);
+    for i in 0..10u32 {
+        // The inner corners of a pentagram.
+        let radius = if i % 2 == 0 { radius } else { 0.45 * radius };
+        let angle = std::f32::consts::PI * (i as f32 / 5.0 - 0.5);
+        mesh.colored_vertex(center + radius * Vec2::angled(angle), color);
+        mesh.add_triangle(0, 1 + i, 1 + (i + 1) % 10);
+    }
+    Shape::mesh(mesh)
 }
 
 /// The panorama turned by `yaw_deg`; positive angles move the content to the right.

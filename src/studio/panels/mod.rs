@@ -1,6 +1,7 @@
 //! The panels, one file each.
 
 mod accuracy;
+mod ago;
 mod checks;
 mod closing;
 mod effects;
@@ -14,6 +15,7 @@ mod hard_cases;
 pub mod job;
 mod light;
 mod log;
+mod looks;
 mod machine;
 mod missing;
 mod numbers;
@@ -43,6 +45,7 @@ pub use gamma::GammaPanel;
 pub use job::JobPanel;
 pub use light::LightPanel;
 pub use log::LogPanel;
+pub use looks::LooksPanel;
 pub use machine::machine_ui;
 pub use path::PathPanel;
 pub use picture::PicturePanel;

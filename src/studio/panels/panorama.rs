@@ -13,9 +13,10 @@ use egui::{
     TextureOptions, Ui, Vec2, pos2, vec2,
 };
 use glam::Quat;
+use light::PlacedLight;
 use light::brightest::Area;
-use light::{Environment, PlacedLight};
 use std::sync::Arc;
+use worker::SrgbPicture;
 
 /// Radius of a light's dot on the panorama in points.
 const DOT: f32 = 6.0;
@@ -29,7 +30,7 @@ pub struct Preview {
 }
 
 struct Turned {
-    environment: Arc<Environment>,
+    of: Arc<SrgbPicture>,
     turn: Quat,
     texture: TextureHandle,
 }
@@ -100,16 +101,15 @@ impl Preview {
         let PanoramaState::Done { panorama, .. } = &entry.panorama else {
             return;
         };
-        let environment = &panorama.environment;
-        let is_this =
-            |known: &Turned| known.turn == turn && Arc::ptr_eq(&known.environment, environment);
+        let of = &panorama.thumbnail;
+        let is_this = |known: &Turned| known.turn == turn && Arc::ptr_eq(&known.of, of);
         let turned = match self.turned.take().filter(is_this) {
             Some(turned) => turned,
             None => {
-                let small = panorama.thumbnail.turned(turn);
+                let small = of.turned(turn);
                 let picture = egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
                 Turned {
-                    environment: environment.clone(),
+                    of: of.clone(),
                     turn,
                     texture: ui
                         .ctx()

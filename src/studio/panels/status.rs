@@ -88,10 +88,17 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// Whether what is set is on the disk.
 fn saved_ui(ui: &mut Ui, context: &PanelContext) {
-    if context.project.is_some() && context.read_only.is_none() {
-        ui.label(small("Saved").color(theme::QUIET))
-            .on_hover_text("Everything is saved as you work");
+    if context.project.is_none() || context.read_only.is_some() {
+        return;
     }
+    match context.unsaved {
+        Some(why) => ui
+            .label(small("Not saved").color(theme::WARNING))
+            .on_hover_text(why),
+        None => ui
+            .label(small("Saved").color(theme::QUIET))
+            .on_hover_text("Everything is saved as you work, with the steps of undo"),
+    };
 }
 
 /// How far the project can be trusted, once something was measured.

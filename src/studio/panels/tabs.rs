@@ -6,7 +6,10 @@ use crate::layout::{Pane, Workspace};
 use crate::panel_context::PanelContext;
 use crate::theme;
 use base::files::shown;
-use egui::{Button, RichText, Role, Ui, WidgetInfo, vec2};
+use egui::{Button, Image, RichText, Role, Ui, Vec2, WidgetInfo, vec2};
+
+/// Greatest width and height of a project's first frame in the menu, in points.
+const ENTRY: Vec2 = vec2(64.0, 36.0);
 
 /// The panel has no state of its own.
 #[derive(Default)]
@@ -40,7 +43,16 @@ fn project_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             if place == 0 {
                 ui.separator();
             }
-            let entry = ui.add_enabled(recent.trouble.is_none(), Button::new(&recent.name));
+            let entry = match context.recents.thumbnail(&recent.folder) {
+                Some(first) => {
+                    let size = first.size_vec2();
+                    let size = size * (ENTRY / size.max(Vec2::splat(1.0))).min_elem();
+                    Button::new((Image::new((first.id(), size)), recent.name.as_str()))
+                }
+                None => Button::new(&recent.name),
+            };
+            let entry = ui.add_enabled(recent.trouble.is_none(), entry);
+            entry.widget_info(|| WidgetInfo::labeled(Role::Button, true, &recent.name));
             let hint = recent.trouble.clone().unwrap_or(shown(&recent.folder));
             let entry = entry.on_hover_text(&hint).on_disabled_hover_text(&hint);
             if entry.clicked() {

@@ -4,6 +4,7 @@ use super::quiet_ui;
 use crate::command::{Command, ProjectCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
+use crate::panels::ago::{ago, since};
 use crate::panels::covering;
 use crate::recents::Recent;
 use crate::theme::{self, GAP};
@@ -12,7 +13,6 @@ use egui::{
     Align2, Button, Color32, CursorIcon, FontId, Frame, Label, Margin, RichText, Role, Sense, Ui,
     WidgetInfo, vec2,
 };
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Least width of a card in points, and its first frame's height over its width.
 const WIDTH: f32 = 240.0;
@@ -106,9 +106,7 @@ fn words_ui(ui: &mut Ui, recent: &Recent) {
             ui.label(RichText::new(trouble).color(theme::WARNING).size(12.0));
         }
         (None, Some(opened)) => {
-            let now = SystemTime::now().duration_since(UNIX_EPOCH);
-            let now = now.map_or(opened, |now| now.as_secs());
-            ui.label(quiet(format!("Opened {}", ago(now.saturating_sub(opened)))));
+            ui.label(quiet(format!("Opened {}", ago(since(opened)))));
         }
         (None, None) => {}
     }
@@ -126,53 +124,5 @@ fn buttons_ui(ui: &mut Ui, recent: &Recent, open: Command, out: &mut Vec<Command
     if button(ui, "Remove", true).on_hover_text(hint).clicked() {
         let folder = recent.folder.clone();
         out.push(Command::Project(ProjectCommand::Forget(folder)));
-    }
-}
-
-/// How long ago something was, as people say it.
-fn ago(seconds: u64) -> String {
-    let (hours, days) = (seconds / 3600, seconds / 86_400);
-    match days {
-        0 if hours == 0 => "within the last hour".to_owned(),
-        0 if hours == 1 => "1 hour ago".to_owned(),
-        0 => format!("{hours} hours ago"),
-        1 => "yesterday".to_owned(),
-        2..14 => format!("{days} days ago"),
-        14..60 => format!("{} weeks ago", days / 7),
-        60..730 => format!("{} months ago", days / 30),
-        _ => format!("{} years ago", days / 365),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn how_long_ago_is_read_at_a_glance() {
-        let hour = 3600;
-        let said = [
-            0,
-            hour,
-            5 * hour,
-            30 * hour,
-            80 * hour,
-            500 * hour,
-            2000 * hour,
-            30_000 * hour,
-        ];
-        assert_eq!(
-            said.map(ago),
-            [
-                "within the last hour",
-                "1 hour ago",
-                "5 hours ago",
-                "yesterday",
-                "3 days ago",
-                "2 weeks ago",
-                "2 months ago",
-                "3 years ago"
-            ]
-        );
     }
 }

@@ -3,6 +3,7 @@
 mod aim;
 pub mod cell;
 mod doubts;
+mod four;
 mod gizmo;
 mod instead;
 mod native_texture;
@@ -25,6 +26,7 @@ use egui::{
     Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Sense, Stroke,
     StrokeKind, TextureHandle, TextureId, Ui, Vec2, pos2, vec2,
 };
+use four::FourUi;
 use native_texture::{NativeTexture, ShownTexture};
 use scene::Inspection;
 use std::sync::Arc;
@@ -46,6 +48,7 @@ pub struct ViewportPanel {
     native: NativeTexture,
     doubts: Doubts,
     cell: CellUi,
+    four: FourUi,
     /// Whether the second of two pictures was under the cursor last.
     second: bool,
     /// Where the drag began that draws a region.
@@ -143,6 +146,14 @@ impl ViewportPanel {
         // Where there is a larger pane for it, it is there.
         let is_elsewhere = context.shown.contains(&Pane::Lamps);
         if !is_elsewhere && self.cell.ui(ui, rect, context, out) {
+            ui.advance_cursor_after_rect(rect);
+            return;
+        }
+        if context.state.four.on && context.is_live() && context.relit.is_some() {
+            self.four.ui(ui, rect, context, out);
+            if let Some(refusal) = &context.status.refusal {
+                note_ui(ui, rect, refusal, true, out);
+            }
             ui.advance_cursor_after_rect(rect);
             return;
         }
@@ -525,6 +536,9 @@ fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
         None => Some("Add an environment: a lat-long panorama, .exr or .hdr".to_owned()),
         Some(PanoramaState::Waiting) => Some("Reading the environment".to_owned()),
         Some(PanoramaState::Failed(sentence)) => Some(sentence.clone()),
+        Some(PanoramaState::Done { panorama, .. }) if panorama.environment.is_none() => {
+            Some("Reading the environment".to_owned())
+        }
         Some(PanoramaState::Done { .. }) if relit.scene.frame != context.state.frame => {
             Some(format!("Predicting frame {}", context.state.frame))
         }

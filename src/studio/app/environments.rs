@@ -1,0 +1,42 @@
+//! The list of environments: its favourites, what is searched for, and the next one of what is shown.
+
+use super::StudioApp;
+use crate::command::{Command, EnvironmentsCommand, LookCommand};
+use crate::environment_groups;
+
+impl StudioApp {
+    pub(super) fn apply_to_environments(&mut self, command: EnvironmentsCommand) {
+        match command {
+            EnvironmentsCommand::ToggleFavourite(entry) => {
+                let entry = entry.unwrap_or(self.state.look.environment);
+                if let Some(entry) = self.library.entries().get(entry) {
+                    let origin = &entry.listed.origin;
+                    self.autosave.edit_favourites(|all| all.toggle(origin));
+                }
+            }
+            EnvironmentsCommand::Search(words) => self.state.search = words,
+        }
+    }
+
+    /// Lights the subject by the entry so many places further in the list as it is shown.
+    pub(super) fn step_environment(&mut self, step: isize) {
+        let groups = environment_groups::shown(self.library.entries(), &self.state.search);
+        if let Some(next) = environment_groups::step(&groups, self.state.look.environment, step) {
+            self.apply(Command::Look(LookCommand::Environment(next)));
+        }
+    }
+
+    /// Loads what the list and the pictures need, and marks the favourites.
+    pub(super) fn follow_environments(&mut self) {
+        let state = &self.state;
+        self.library.follow(&state.look.environments);
+        self.library.mark(self.autosave.favourites());
+        let list = &state.look.environments;
+        let shown = list.get(state.look.environment).map(|one| &one.origin);
+        let compared = state.compare.environments();
+        let four = state.four.environments(state, &self.looks);
+        let used = shown.into_iter().chain(compared).cloned().chain(four);
+        let used: Vec<_> = used.collect();
+        self.library.use_light(&used);
+    }
+}

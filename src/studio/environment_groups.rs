@@ -1,0 +1,175 @@
+//! How the list of environments is shown: favourites first, then the shoot's, the built-in ones and those that were added, by
+//! their folders; and only what is searched for.
+
+use super::environment_library::EnvironmentEntry;
+use super::environment_list::{ListedEnvironment, Owner};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// Entries under one heading.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EnvironmentGroup {
+    pub title: String,
+    /// Their places in the list, in its order.
+    pub entries: Vec<usize>,
+}
+
+/// A list in the order in which it is shown.
+pub fn shown(entries: &[EnvironmentEntry], search: &str) -> Vec<EnvironmentGroup> {
+    let all = entries.iter().map(|entry| (&entry.listed, entry.favourite));
+    grouped(&all.collect::<Vec<_>>(), search)
+}
+
+/// The entry `step` places after `from` in what is shown, around its end; None if nothing is. One that is not shown stands
+/// before the first.
+pub fn step(groups: &[EnvironmentGroup], from: usize, step: isize) -> Option<usize> {
+    let order: Vec<usize> = groups
+        .iter()
+        .flat_map(|group| group.entries.clone())
+        .collect();
+    let count = order.len() as isize;
+    let place = order.iter().position(|&entry| entry == from);
+    let place = place.map_or(if step > 0 { -1 } else { 0 }, |place| place as isize);
+    let next = (count > 0).then(|| (place + step).rem_euclid(count));
+    next.map(|next| order[next as usize])
+}
+
+fn grouped(list: &[(&ListedEnvironment, bool)], search: &str) -> Vec<EnvironmentGroup> {
+    let folders = folder_titles(list.iter().map(|(listed, _)| *listed));
+    let mut groups: BTreeMap<(usize, String), Vec<usize>> = BTreeMap::new();
+    for (place, (listed, favourite)) in list.iter().enumerate() {
+        let folder = listed.file().and_then(Path::parent);
+        let title = folder.and_then(|folder| folders.get(folder));
+        let key = match (favourite, listed.owner) {
+            (true, _) => (0, "Favourites".to_owned()),
+            (_, Owner::Shoot) => (1, "Shoot".to_owned()),
+            (_, Owner::Program) => (2, "Built in".to_owned()),
+            (_, Owner::Person) => (3, title.cloned().unwrap_or_default()),
+        };
+        if is_found(&listed.name, &key.1, search) {
+            groups.entry(key).or_default().push(place);
+        }
+    }
+    let group = |((_, title), entries)| EnvironmentGroup { title, entries };
+    groups.into_iter().map(group).collect()
+}
+
+/// Whether a name, or its heading, has each searched word.
+fn is_found(name: &str, heading: &str, search: &str) -> bool {
+    let text = format!("{name}\n{heading}").to_lowercase();
+    let search = search.to_lowercase();
+    search.split_whitespace().all(|word| text.contains(word))
+}
+
+/// What the folders of added files are called: by their names, and where two have the same, with as much of their paths as tells
+/// them apart.
+fn folder_titles<'a>(
+    list: impl Iterator<Item = &'a ListedEnvironment>,
+) -> BTreeMap<&'a Path, String> {
+    let added = list.filter(|listed| listed.owner == Owner::Person);
+    let folders = added.filter_map(|listed| listed.file()?.parent());
+    let folders: BTreeSet<&Path> = folders.collect();
+    let ending = |folder: &Path, parts: usize| {
+        let all: Vec<_> = folder.components().collect();
+        let end: PathBuf = all[all.len().saturating_sub(parts)..].iter().collect();
+        end.display().to_string()
+    };
+    let mut titles = BTreeMap::new();
+    let longest = folders
+        .iter()
+        .map(|folder| folder.components().count())
+        .max();
+    for parts in 1..=longest.unwrap_or(0) {
+        let mut alike: BTreeMap<String, Vec<&Path>> = BTreeMap::new();
+        for folder in &folders {
+            alike.entry(ending(folder, parts)).or_default().push(folder);
+        }
+        for (end, of) in alike {
+            if let [one] = of[..] {
+                titles.entry(one).or_insert(end);
+            }
+        }
+        if titles.len() == folders.len() {
+            break;
+        }
+    }
+    titles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use light::built_in;
+    use worker::Origin;
+
+    fn listed(name: &str, origin: Origin, owner: Owner) -> ListedEnvironment {
+        ListedEnvironment {
+            name: name.to_owned(),
+            origin,
+            front: None,
+            owner,
+        }
+    }
+
+    fn list() -> Vec<ListedEnvironment> {
+        let file = |path: &str, owner| {
+            let name = Path::new(path).file_stem().unwrap().to_string_lossy();
+            listed(&name, Origin::File(path.into()), owner)
+        };
+        let own = built_in::all()[0];
+        vec![
+            file("/shoot/sky.exr", Owner::Shoot),
+            listed(own.title, Origin::BuiltIn(own), Owner::Program),
+            file("/hdri/night/alley.exr", Owner::Person),
+            file("/hdri/day/beach.exr", Owner::Person),
+            file("/hdri/night/bar.exr", Owner::Person),
+            file("/old/day/field.exr", Owner::Person),
+        ]
+    }
+
+    fn titled(favourites: &[usize], search: &str) -> Vec<(String, Vec<usize>)> {
+        let list = list();
+        let marked = list.iter().enumerate();
+        let marked: Vec<_> = marked
+            .map(|(i, one)| (one, favourites.contains(&i)))
+            .collect();
+        let groups = grouped(&marked, search);
+        groups
+            .into_iter()
+            .map(|group| (group.title, group.entries))
+            .collect()
+    }
+
+    #[test]
+    fn added_ones_stand_under_their_folders_and_favourites_come_first() {
+        let group = |title: &str, entries: &[usize]| (title.to_owned(), entries.to_vec());
+        assert_eq!(
+            titled(&[4, 0], ""),
+            [
+                group("Favourites", &[0, 4]),
+                group("Built in", &[1]),
+                group("hdri/day", &[3]),
+                group("night", &[2]),
+                group("old/day", &[5]),
+            ]
+        );
+        assert_eq!(titled(&[], "NIGHT"), [group("night", &[2, 4])]);
+        assert_eq!(titled(&[], "b ni"), [group("night", &[4])]);
+        assert_eq!(titled(&[], "no such"), []);
+    }
+
+    #[test]
+    fn a_step_follows_what_is_shown_around_its_end() {
+        let group = |entries: &[usize]| EnvironmentGroup {
+            title: String::new(),
+            entries: entries.to_vec(),
+        };
+        let groups = [group(&[4, 1]), group(&[0])];
+        assert_eq!(step(&groups, 4, 1), Some(1));
+        assert_eq!(step(&groups, 0, 1), Some(4));
+        assert_eq!(step(&groups, 4, -1), Some(0));
+        assert_eq!(step(&groups, 9, 1), Some(4), "it is filtered out");
+        assert_eq!(step(&groups, 9, -1), Some(0));
+        assert_eq!(step(&[], 4, 1), None);
+    }
+}

@@ -1,0 +1,83 @@
+//! The environments that a person likes, in whatever project.
+
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use worker::Origin;
+
+/// Favourites at most: the oldest go.
+const MOST: usize = 1000;
+
+/// The favourites, the oldest first.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Favourites(Vec<Favourite>);
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Favourite {
+    File(PathBuf),
+    /// The name of a built-in one.
+    BuiltIn(String),
+}
+
+impl Favourite {
+    /// None for a path that is no text: it would keep all settings from being saved.
+    fn of(origin: &Origin) -> Option<Self> {
+        match origin {
+            Origin::File(file) => Some(Self::File(file.to_str()?.into())),
+            Origin::BuiltIn(own) => Some(Self::BuiltIn(own.name.to_owned())),
+        }
+    }
+}
+
+impl Favourites {
+    /// Whether an environment is one of them.
+    pub fn has(&self, origin: &Origin) -> bool {
+        Favourite::of(origin).is_some_and(|one| self.0.contains(&one))
+    }
+
+    /// Makes an environment one of them, or no longer.
+    pub fn toggle(&mut self, origin: &Origin) {
+        let Some(one) = Favourite::of(origin) else {
+            return;
+        };
+        match self.0.iter().position(|known| *known == one) {
+            Some(place) => drop(self.0.remove(place)),
+            None => self.0.push(one),
+        }
+        let more = self.0.len().saturating_sub(MOST);
+        self.0.drain(..more);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use light::built_in;
+
+    #[test]
+    fn a_favourite_is_known_by_its_file_or_its_built_in_name() {
+        let yard = Origin::File("/hdri/yard.exr".into());
+        let nave = Origin::BuiltIn(built_in::all()[2]);
+        let mut favourites = Favourites::default();
+        favourites.toggle(&yard);
+        favourites.toggle(&nave);
+        let text = serde_json::to_string(&favourites).unwrap();
+        let mut read: Favourites = serde_json::from_str(&text).unwrap();
+        assert!(read.has(&yard) && read.has(&nave));
+        assert!(!read.has(&Origin::File("/other/yard.exr".into())));
+        read.toggle(&yard);
+        assert!(!read.has(&yard) && read.has(&nave));
+        #[cfg(unix)]
+        {
+            use std::os::unix::ffi::OsStrExt;
+            let strange = std::ffi::OsStr::from_bytes(b"/caf\xe9.exr");
+            read.toggle(&Origin::File(strange.into()));
+            assert!(serde_json::to_string(&read).is_ok());
+        }
+        for i in 0..=MOST {
+            read.toggle(&Origin::File(format!("/{i}.exr").into()));
+        }
+        assert_eq!(read.0.len(), MOST);
+    }
+}

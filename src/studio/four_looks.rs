@@ -1,0 +1,157 @@
+//! Four looks side by side: which they are, and the pictures that they ask for.
+
+use super::environment_library::{EnvironmentEntry, light_of};
+use super::look::LookSettings;
+use super::state::State;
+use super::stored_looks::{LookId, StoredLooks};
+use worker::{LookView, Origin};
+
+/// What stands in one of the four places.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum FourSlot {
+    #[default]
+    Empty,
+    /// The present look.
+    Present,
+    /// A version of a stored look, by its number; None for the newest.
+    Stored(LookId, Option<u32>),
+}
+
+/// The four places, from the upper left: A, B, C and D.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FourLooks {
+    /// Whether they stand in place of the picture.
+    pub on: bool,
+    pub slots: [FourSlot; 4],
+}
+
+impl FourLooks {
+    /// What the places are called.
+    pub const LETTERS: [&'static str; 4] = ["A", "B", "C", "D"];
+
+    /// Fills the places where nothing was chosen yet: the present look, then stored ones.
+    pub fn fill(&mut self, stored: impl Iterator<Item = LookId>) {
+        let is_empty = |slot: &FourSlot| *slot == FourSlot::Empty;
+        if self.slots.iter().all(is_empty) {
+            let stored = stored.map(|id| FourSlot::Stored(id, None));
+            let all = std::iter::once(FourSlot::Present).chain(stored);
+            for (slot, first) in self.slots.iter_mut().zip(all) {
+                *slot = first;
+            }
+        }
+    }
+
+    /// The environments of what is shown.
+    pub fn environments(&self, state: &State, stored: &StoredLooks) -> Vec<Origin> {
+        let origin = |look: &LookSettings| {
+            let listed = look.environments.get(look.environment)?;
+            Some(listed.origin.clone())
+        };
+        let shown = self.slots.iter().filter(|_| self.on);
+        let origins = shown.filter_map(|slot| match slot {
+            FourSlot::Empty => None,
+            FourSlot::Present => origin(&state.look),
+            FourSlot::Stored(id, number) => {
+                let version = stored.version(id, *number)?;
+                origin(&version.look.in_window(&state.look, state.frame)?)
+            }
+        });
+        origins.collect()
+    }
+
+    /// A look has another name.
+    pub fn rename(&mut self, from: &LookId, to: &LookId) {
+        for slot in &mut self.slots {
+            if let FourSlot::Stored(id, _) = slot
+                && id == from
+            {
+                *id = to.clone();
+            }
+        }
+    }
+}
+
+/// What a place asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FourPicture {
+    /// Nothing was chosen.
+    Empty,
+    /// Its environment is still being read.
+    Waiting,
+    /// Why there is no picture.
+    Missing(String),
+    View(LookView),
+}
+
+impl FourPicture {
+    /// What a place asks for, of the looks that are stored.
+    pub fn of(
+        slot: &FourSlot,
+        state: &State,
+        stored: &StoredLooks,
+        environments: &[EnvironmentEntry],
+    ) -> Self {
+        match slot {
+            FourSlot::Empty => Self::Empty,
+            FourSlot::Present => Self::view(&state.look, state, environments),
+            FourSlot::Stored(id, number) => {
+                let Some(version) = stored.version(id, *number) else {
+                    return Self::Missing(format!("{} is not stored any more", id.name));
+                };
+                match version.look.in_window(&state.look, state.frame) {
+                    Some(look) => Self::view(&look, state, environments),
+                    None => Self::Missing(format!(
+                        "\u{201c}{}\u{201d} is not in the list of environments. Click the look in Looks to add it.",
+                        version.look.environment.name
+                    )),
+                }
+            }
+        }
+    }
+
+    fn view(look: &LookSettings, state: &State, environments: &[EnvironmentEntry]) -> Self {
+        let Some(entry) = environments.get(look.environment) else {
+            return Self::Missing("There is no environment".to_owned());
+        };
+        match light_of(environments, &entry.listed.origin) {
+            Some(environment) => Self::View(LookView {
+                scene: state.scene_of(look),
+                environment,
+            }),
+            None if entry.panorama.is_failed() => {
+                Self::Missing(format!("{} cannot be read", entry.listed.name))
+            }
+            None => Self::Waiting,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::look_name::LookName;
+    use super::super::stored_looks::Shelf;
+    use super::*;
+
+    #[test]
+    fn places_are_filled_once_and_follow_a_new_name() {
+        let id = |name: &str| LookId {
+            shelf: Shelf::Project,
+            name: LookName::new(name).unwrap(),
+        };
+        let mut four = FourLooks::default();
+        four.fill(["warm", "cold"].map(id).into_iter());
+        let stored = |name| FourSlot::Stored(id(name), None);
+        let filled = [
+            FourSlot::Present,
+            stored("warm"),
+            stored("cold"),
+            FourSlot::Empty,
+        ];
+        assert_eq!(four.slots, filled);
+        four.slots[0] = FourSlot::Empty;
+        four.fill(["other"].map(id).into_iter());
+        assert_eq!(four.slots[0], FourSlot::Empty, "what was chosen stays");
+        four.rename(&id("warm"), &id("noon"));
+        assert_eq!(four.slots[1], stored("noon"));
+    }
+}

@@ -1,0 +1,118 @@
+//! A stored look becomes the present one.
+
+use super::LookSettings;
+use crate::stored_look::StoredLook;
+use std::slice::from_ref;
+use std::sync::Arc;
+
+/// A stored look that is to be shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AppliedLook {
+    pub look: Arc<StoredLook>,
+    /// Whether its environment's file is there: then it joins the list if it is not in it.
+    pub adds: bool,
+}
+
+impl LookSettings {
+    /// Shows a stored look, under its own environment if the list has it or can have it, or else under one of the same name.
+    /// If there is neither, the environment stays.
+    pub(crate) fn show_stored(&mut self, applied: &AppliedLook) {
+        let environment = &applied.look.environment;
+        let mut place = environment.place_in(&self.environments);
+        if let (None, true, Some(file)) = (place, applied.adds, &environment.file) {
+            self.add(from_ref(file));
+            self.set_front(self.environment, environment.front);
+            place = Some(self.environment);
+        }
+        let place = place.or_else(|| environment.namesake_in(&self.environments));
+        applied.look.apply(self, place);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::{LookCommand, ViewCommand};
+    use crate::keyframed::Keyframed;
+    use crate::state::State;
+    use light::conventions::Front;
+    use std::path::PathBuf;
+
+    fn applied(look: &LookSettings, adds: bool) -> LookCommand {
+        LookCommand::Apply(Box::new(AppliedLook {
+            look: Arc::new(StoredLook::of(look)),
+            adds,
+        }))
+    }
+
+    #[test]
+    fn a_stored_look_is_shown_in_one_step_of_undo() {
+        let mut s = State::new(10, 24.0);
+        s.change(LookCommand::AddEnvironments(
+            ["/a.exr", "/b.exr"].map(PathBuf::from).into(),
+        ));
+        s.release();
+        s.change(LookCommand::Yaw(33.0));
+        s.release();
+        s.change(LookCommand::Exposure(1.0));
+        s.release();
+        let stored = s.look.clone();
+        for command in [
+            LookCommand::Environment(1),
+            LookCommand::Yaw(-5.0),
+            LookCommand::Exposure(0.0),
+        ] {
+            s.change(command);
+            s.release();
+        }
+        s.show(ViewCommand::Solo(Some(2)));
+        let other = s.look.clone();
+        s.change(applied(&stored, false));
+        assert_eq!(s.look, stored);
+        assert!(s.solo.is_empty(), "a lamp alone would hide it");
+        s.change(LookCommand::Undo);
+        assert_eq!(s.look, other);
+    }
+
+    #[test]
+    fn at_any_frame_no_key_is_set_by_showing_a_look() {
+        let mut s = State::new(10, 24.0);
+        s.change(LookCommand::ToggleKey(Keyframed::Yaw));
+        s.show(ViewCommand::LastFrame);
+        s.change(LookCommand::Yaw(90.0));
+        s.release();
+        let stored = s.look.clone();
+        s.change(LookCommand::Exposure(2.0));
+        s.release();
+        s.show(ViewCommand::Frame(4));
+        s.change(applied(&stored, false));
+        assert_eq!(s.look.keys(Keyframed::Yaw), stored.keys(Keyframed::Yaw));
+        assert_eq!(s.look.exposure_stops, 0.0);
+        s.show(ViewCommand::LastFrame);
+        assert_eq!(s.look, stored);
+    }
+
+    #[test]
+    fn an_environment_that_another_project_lacks_is_added_with_its_front_or_left() {
+        let mut one = State::new(1, 24.0);
+        one.change(LookCommand::AddEnvironments(vec!["/hdri/yard.exr".into()]));
+        one.change(LookCommand::Front(0, Some(Front::new(40.0))));
+        one.change(LookCommand::Exposure(1.0));
+        let mut other = State::new(1, 24.0);
+        other.change(LookCommand::AddEnvironments(vec!["/b/sky.exr".into()]));
+        other.release();
+        let mut without = other.clone();
+        without.change(applied(&one.look, false));
+        assert_eq!(
+            (without.look.environment, without.look.exposure_stops),
+            (0, 1.0)
+        );
+        assert_eq!(without.look.environments.len(), 1);
+        other.change(applied(&one.look, true));
+        let shown = &other.look.environments[other.look.environment];
+        assert_eq!(shown.name, "yard");
+        assert_eq!(other.look.front(), Front::new(40.0));
+        other.change(LookCommand::Undo);
+        assert_eq!(other.look.environments.len(), 1);
+    }
+}

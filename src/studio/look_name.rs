@@ -1,0 +1,134 @@
+//! What a stored look is called: a name that any disk can hold, because its folder is called so.
+
+use base::error::{Error, Result};
+
+/// Characters of a name at most, and bytes: file systems allow 255.
+const MOST: usize = 60;
+const MOST_BYTES: usize = 200;
+/// What some file system keeps for itself.
+const FORBIDDEN: [char; 9] = ['/', '\\', ':', '*', '?', '"', '<', '>', '|'];
+/// Names of devices on Windows, with any ending.
+const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
+
+/// A name that a folder can have on every system.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LookName(String);
+
+impl LookName {
+    /// What has been typed, without blanks around it.
+    ///
+    /// # Errors
+    /// When no folder can be called so: what is wrong with it.
+    pub fn new(typed: &str) -> Result<Self> {
+        let name = typed.trim();
+        let refuse = |problem: String| Err(Error::invalid(problem, "Choose another name"));
+        if name.is_empty() {
+            return refuse("a look needs a name".to_owned());
+        }
+        if name.chars().count() > MOST || name.len() > MOST_BYTES {
+            return refuse(format!("a look's name has at most {MOST} characters"));
+        }
+        let is_forbidden = |c: &char| FORBIDDEN.contains(c) || c.is_control();
+        if let Some(c) = name.chars().find(is_forbidden) {
+            let shown = c.escape_default();
+            return refuse(format!("a look's name cannot have {shown} in it"));
+        }
+        if name.starts_with('.') || name.ends_with('.') {
+            return refuse("a look's name cannot begin or end with a dot".to_owned());
+        }
+        let stem = name.split('.').next().unwrap_or(name).trim().to_lowercase();
+        let is_port = |kind: &str| {
+            let number = stem.strip_prefix(kind);
+            number.is_some_and(|n| n.len() == 1 && n.bytes().all(|b| b.is_ascii_digit()))
+        };
+        if DEVICES.contains(&stem.as_str()) || is_port("com") || is_port("lpt") {
+            return refuse(format!("{name} is the name of a device on some systems"));
+        }
+        Ok(Self(name.to_owned()))
+    }
+
+    /// The name itself.
+    pub fn text(&self) -> &str {
+        &self.0
+    }
+
+    /// Whether some disk would take both for one: upper and lower case are the same there.
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.0.to_lowercase() == other.0.to_lowercase()
+    }
+
+    /// This name, or the first of "NAME 2", "NAME 3"… that none of `taken` has.
+    ///
+    /// # Errors
+    /// When the name gets too long.
+    pub fn free(&self, taken: &[Self]) -> Result<Self> {
+        let is_free = |name: &Self| !taken.iter().any(|one| one.is_like(name));
+        if is_free(self) {
+            return Ok(self.clone());
+        }
+        for number in 2.. {
+            let name = Self::new(&format!("{} {number}", self.0))?;
+            if is_free(&name) {
+                return Ok(name);
+            }
+        }
+        unreachable!("numbers do not end")
+    }
+}
+
+impl std::fmt::Display for LookName {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_what_a_folder_can_be_called_everywhere() {
+        for (typed, name) in [
+            ("Warm key", "Warm key"),
+            ("  Nacht 3 ", "Nacht 3"),
+            ("Überblendung & co.x", "Überblendung & co.x"),
+            ("console", "console"),
+            ("夜", "夜"),
+        ] {
+            assert_eq!(LookName::new(typed).unwrap().text(), name);
+        }
+        let long = "x".repeat(MOST + 1);
+        for typed in [
+            "",
+            "  ",
+            ".",
+            "..",
+            ".hidden",
+            "end.",
+            "a/b",
+            "..\\up",
+            "a\0b",
+            "line\nbreak",
+            "C:",
+            "what?",
+            "nul",
+            "COM1",
+            "aux.json",
+            &long,
+        ] {
+            let said = LookName::new(typed).unwrap_err().to_string();
+            assert!(said.contains("name"), "{typed}: {said}");
+        }
+        // 60 characters of 4 bytes each.
+        assert!(LookName::new(&"🌙".repeat(MOST)).is_err());
+    }
+
+    #[test]
+    fn a_free_name_differs_by_more_than_its_case() {
+        let names = ["Warm", "warm 2"].map(|name| LookName::new(name).unwrap());
+        let free = LookName::new("WARM").unwrap().free(&names).unwrap();
+        assert_eq!(free.text(), "WARM 3");
+        let other = LookName::new("cold").unwrap();
+        assert_eq!(other.free(&names).unwrap(), other);
+    }
+}

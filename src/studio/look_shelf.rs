@@ -1,0 +1,392 @@
+//! A folder of stored looks: one folder for each, of its name, with `0001.json` and `0001.png` for each version.
+//!
+//! What is removed goes to `.removed`, from where it comes back. The folder may be a stranger's: links are not followed, what
+//! is no look is left alone and named.
+
+use super::look_name::LookName;
+use super::stored_look::StoredLook;
+use base::error::{Error, Result};
+use base::files;
+use imaging::file::{codes_from_memory, dimensions, png_bytes};
+use imaging::{Encoded, Image};
+use std::collections::HashMap;
+use std::fs::OpenOptions;
+use std::io::{self, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::SystemTime;
+use worker::SrgbPicture;
+
+/// Where removed looks are.
+const REMOVED: &str = ".removed";
+/// Looks of a shelf, and versions of a look, that are read at most.
+const MOST_LOOKS: usize = 500;
+const MOST_VERSIONS: usize = 200;
+/// Longer side of a thumbnail in pixels, and the most bytes and pixels of one that are read.
+const THUMBNAIL_PX: usize = 192;
+const MOST_PICTURE_BYTES: u64 = 1 << 20;
+const MOST_PICTURE_PX: usize = 1024;
+
+/// The folder, which need not exist.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LookShelf {
+    within: PathBuf,
+}
+
+/// A version of a look.
+#[derive(Clone, Debug)]
+pub struct LookVersion {
+    /// From 1.
+    pub number: u32,
+    pub look: Arc<StoredLook>,
+    /// What it looked like when it was stored.
+    pub picture: Option<Arc<SrgbPicture>>,
+}
+
+/// A look with its versions, the newest first; there is one at least.
+#[derive(Clone, Debug)]
+pub struct ShelvedLook {
+    pub name: LookName,
+    pub versions: Vec<LookVersion>,
+}
+
+/// What is on a shelf.
+#[derive(Clone, Debug, Default)]
+pub struct ShelfContents {
+    /// In the order of their names.
+    pub looks: Vec<ShelvedLook>,
+    /// Those that were removed and can be brought back.
+    pub removed: Vec<LookName>,
+    /// A sentence for each file that is no look.
+    pub complaints: Vec<String>,
+}
+
+/// Thumbnails that were read before, by file, its time and its length.
+#[derive(Default)]
+pub struct ReadPictures(HashMap<PathBuf, (Option<SystemTime>, u64, Arc<SrgbPicture>)>);
+
+impl LookShelf {
+    /// The shelf `looks` in a folder.
+    pub fn within(folder: &Path) -> Self {
+        Self {
+            within: folder.to_path_buf(),
+        }
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.within.join("looks")
+    }
+
+    /// The same, made if it is missing.
+    fn made(&self) -> Result<PathBuf> {
+        let remedy = "Check that the folder can be written";
+        std::fs::create_dir_all(&self.within)
+            .map_err(|e| Error::io("make", &self.within, e, remedy))?;
+        own_folder(&self.within, "looks")
+    }
+
+    /// What is on it now.
+    pub fn list(&self, pictures: &mut ReadPictures) -> ShelfContents {
+        let mut contents = ShelfContents::default();
+        let folder = self.folder();
+        if !is_own_folder(&folder) {
+            if folder.symlink_metadata().is_ok() {
+                let said = format!(
+                    "{} is no folder: no looks are read from it",
+                    folder.display()
+                );
+                contents.complaints.push(said);
+            }
+            return contents;
+        }
+        for name in names(&folder) {
+            if contents.looks.len() == MOST_LOOKS {
+                let said = format!(
+                    "{} holds more than {MOST_LOOKS} looks; the others are not listed",
+                    folder.display()
+                );
+                contents.complaints.push(said);
+                break;
+            }
+            let complaints = &mut contents.complaints;
+            let versions = versions(&folder.join(name.text()), pictures, complaints);
+            if !versions.is_empty() {
+                contents.looks.push(ShelvedLook { name, versions });
+            }
+        }
+        contents.removed = names(&folder.join(REMOVED));
+        contents
+    }
+
+    /// Stores a version of a look, unless its newest is the same; returns its number.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn store(&self, name: &LookName, look: &StoredLook) -> Result<u32> {
+        let shelf = self.made()?;
+        let same = names(&shelf).into_iter().find(|one| one.is_like(name));
+        let name = same.as_ref().unwrap_or(name);
+        let folder = own_folder(&shelf, name.text())?;
+        let newest = numbers(&folder).into_iter().next();
+        if let Some(number) = newest
+            && let Ok(newest) = StoredLook::read_own(&file(&folder, number, "json"))
+            && newest.is_same(look)
+        {
+            return Ok(number);
+        }
+        let mut number = newest.unwrap_or(0) + 1;
+        // Another window may store at the same time.
+        while !write_new(&file(&folder, number, "json"), &look.text())? {
+            number += 1;
+        }
+        Ok(number)
+    }
+
+    /// Writes what a version looks like: a thumbnail of this picture.
+    ///
+    /// # Errors
+    /// When it cannot be written, or the version is not there.
+    pub fn draw(&self, name: &LookName, number: u32, picture: &SrgbPicture) -> Result<()> {
+        let folder = self.look(name)?;
+        let codes = picture.rgb.as_chunks::<3>().0.iter();
+        let codes = Encoded(Image {
+            width: picture.width,
+            height: picture.height,
+            pixels: codes
+                .map(|code| code.map(|v| f32::from(v) / 255.0))
+                .collect(),
+        });
+        let small = SrgbPicture::reduced(&codes, THUMBNAIL_PX);
+        let codes = small.rgb.as_chunks::<3>().0.iter();
+        let png = png_bytes(&Encoded(Image {
+            width: small.width,
+            height: small.height,
+            pixels: codes
+                .map(|code| code.map(|v| f32::from(v) / 255.0))
+                .collect(),
+        }))?;
+        files::write_beside(&file(&folder, number, "png"), |out| out.write_all(&png))
+    }
+
+    /// Gives a look another name.
+    ///
+    /// # Errors
+    /// When it is not there, or another look has a name like that.
+    pub fn rename(&self, from: &LookName, to: &LookName) -> Result<()> {
+        let folder = self.look(from)?;
+        let taken = names(&self.folder());
+        let other = |one: &&LookName| one.is_like(to) && !one.is_like(from);
+        if let Some(other) = taken.iter().find(other) {
+            return Err(Error::invalid(
+                format!("a look is called {other} already"),
+                "Choose another name",
+            ));
+        }
+        moved(&folder, &self.folder().join(to.text()))
+    }
+
+    /// Takes a look off the shelf; it can be brought back.
+    ///
+    /// # Errors
+    /// When it is not there or cannot be moved.
+    pub fn remove(&self, name: &LookName) -> Result<()> {
+        let folder = self.look(name)?;
+        let removed = own_folder(&self.made()?, REMOVED)?;
+        let aside = name.free(&names(&removed))?;
+        moved(&folder, &removed.join(aside.text()))
+    }
+
+    /// Brings a removed look back, under a free name.
+    ///
+    /// # Errors
+    /// When it is not there or cannot be moved.
+    pub fn bring_back(&self, name: &LookName) -> Result<LookName> {
+        let shelf = self.made()?;
+        let removed = own_folder(&shelf, REMOVED)?;
+        let free = name.free(&names(&shelf))?;
+        moved(&removed.join(name.text()), &shelf.join(free.text()))?;
+        Ok(free)
+    }
+
+    /// Stores the newest version of a look of `other` here, with its picture, as the newest version of `name`.
+    ///
+    /// # Errors
+    /// When it cannot be read or written.
+    pub fn copy(&self, other: &Self, of: &LookName, name: &LookName) -> Result<()> {
+        let folder = other.look(of)?;
+        let Some(newest) = numbers(&folder).into_iter().next() else {
+            return Err(gone(&folder));
+        };
+        let look = StoredLook::read_own(&file(&folder, newest, "json"))?;
+        let number = self.store(name, &look)?;
+        // A picture that cannot be read is made again when the look is shown.
+        if let Some(picture) = picture(&file(&folder, newest, "png"), &mut ReadPictures::default())
+        {
+            self.draw(name, number, &picture)?;
+        }
+        Ok(())
+    }
+
+    /// The folder of a look.
+    fn look(&self, name: &LookName) -> Result<PathBuf> {
+        let folder = self.folder().join(name.text());
+        match is_own_folder(&self.folder()) && is_own_folder(&folder) {
+            true => Ok(folder),
+            false => Err(gone(&folder)),
+        }
+    }
+}
+
+fn gone(folder: &Path) -> Error {
+    Error::missing(
+        format!("there is no look in {}", folder.display()),
+        "Another program may have moved it: close the project and open it again",
+    )
+}
+
+/// A folder of the program's own inside another, made if it is missing.
+///
+/// # Errors
+/// When it cannot be made, and when it is a link or no folder: what a link leads to is not the program's.
+fn own_folder(within: &Path, name: &str) -> Result<PathBuf> {
+    let path = within.join(name);
+    let remedy = "Remove or rename it, so that a folder can be made there";
+    let fail = |cause: io::Error| Error::io("use the folder", &path, cause, remedy);
+    match std::fs::create_dir(&path) {
+        Err(e) if e.kind() != ErrorKind::AlreadyExists => return Err(fail(e)),
+        _ => {}
+    }
+    match is_own_folder(&path) {
+        true => Ok(path),
+        false => Err(fail(ErrorKind::NotADirectory.into())),
+    }
+}
+
+/// Writes a file whose name nobody else has taken; returns whether it could have that name. After a kill it is whole, missing
+/// or empty.
+fn write_new(path: &Path, text: &str) -> Result<bool> {
+    let remedy = "Check that the folder can be written and the disk has room";
+    match OpenOptions::new().write(true).create_new(true).open(path) {
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => return Ok(false),
+        taken => taken.map_err(|e| Error::io("write", path, e, remedy))?,
+    };
+    let written = files::write_beside(path, |out| out.write_all(text.as_bytes()));
+    if written.is_err() {
+        // It is empty, and no look then.
+        let _ = std::fs::remove_file(path);
+    }
+    written.map(|()| true)
+}
+
+fn is_own_folder(path: &Path) -> bool {
+    path.symlink_metadata().is_ok_and(|data| data.is_dir())
+}
+
+/// Gives a folder another place on the same disk, where nothing is.
+fn moved(from: &Path, to: &Path) -> Result<()> {
+    let remedy = "Check that the folder can be written";
+    std::fs::rename(from, to).map_err(|e| Error::io("move", from, e, remedy))
+}
+
+/// The folders of looks, in order.
+fn names(folder: &Path) -> Vec<LookName> {
+    if !is_own_folder(folder) {
+        return Vec::new();
+    }
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<LookName> = entries
+        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
+        .filter_map(|entry| {
+            let name = entry.file_name().into_string().ok()?;
+            LookName::new(&name).ok().filter(|kept| kept.text() == name)
+        })
+        .collect();
+    names.sort_by_cached_key(|name| (name.text().to_lowercase(), name.clone()));
+    names
+}
+
+fn file(folder: &Path, number: u32, kind: &str) -> PathBuf {
+    folder.join(format!("{number:04}.{kind}"))
+}
+
+/// The numbers of versions in a look's folder, the newest first.
+fn numbers(folder: &Path) -> Vec<u32> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut numbers: Vec<u32> = entries
+        .filter_map(|entry| {
+            let name = entry.file_name().into_string().ok()?;
+            let digits = name.strip_suffix(".json")?;
+            let number: u32 = digits.parse().ok()?;
+            (number > 0 && number < 1_000_000 && format!("{number:04}") == digits).then_some(number)
+        })
+        .collect();
+    numbers.sort_unstable_by(|a, b| b.cmp(a));
+    numbers
+}
+
+fn versions(
+    folder: &Path,
+    pictures: &mut ReadPictures,
+    complaints: &mut Vec<String>,
+) -> Vec<LookVersion> {
+    let is_begun = |number: &u32| {
+        let data = file(folder, *number, "json").symlink_metadata();
+        // The program was killed, or is about to write it.
+        data.is_ok_and(|data| data.is_file() && data.len() == 0)
+    };
+    let numbers = numbers(folder)
+        .into_iter()
+        .filter(|number| !is_begun(number));
+    let numbers = numbers.take(MOST_VERSIONS);
+    let version = |number| match StoredLook::read_own(&file(folder, number, "json")) {
+        Ok(look) => Some(LookVersion {
+            number,
+            look: Arc::new(look),
+            picture: picture(&file(folder, number, "png"), pictures),
+        }),
+        Err(e) => {
+            complaints.push(e.to_string());
+            None
+        }
+    };
+    numbers.filter_map(version).collect()
+}
+
+/// A thumbnail; None if there is none that can be read.
+fn picture(path: &Path, read: &mut ReadPictures) -> Option<Arc<SrgbPicture>> {
+    let open = files::open_own(path, OpenOptions::new().read(true)).ok()?;
+    let data = open.metadata().ok()?;
+    let (changed, length) = (data.modified().ok(), data.len());
+    if let Some((at, of, known)) = read.0.get(path)
+        && (*at, *of) == (changed, length)
+    {
+        return Some(known.clone());
+    }
+    if length > MOST_PICTURE_BYTES {
+        return None;
+    }
+    // A header may promise far more pixels than the file has bytes.
+    let (width, height) = dimensions(path).ok()?;
+    if width.max(height) > MOST_PICTURE_PX {
+        return None;
+    }
+    let mut bytes = Vec::new();
+    open.take(MOST_PICTURE_BYTES).read_to_end(&mut bytes).ok()?;
+    let ((width, height), rgb) = codes_from_memory(&bytes).ok()?;
+    let found = Arc::new(SrgbPicture { width, height, rgb });
+    let entry = (changed, length, found.clone());
+    read.0.insert(path.to_path_buf(), entry);
+    Some(found)
+}
+
+/// Writes a look into a file that a person chose.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_to(path: &Path, look: &StoredLook) -> Result<()> {
+    files::write_beside(path, |out| out.write_all(look.text().as_bytes()))
+}
+
+#[cfg(test)]
+#[path = "look_shelf_tests.rs"]
+mod tests;

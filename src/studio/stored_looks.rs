@@ -1,0 +1,256 @@
+//! The looks that a project and a person have stored: what is on the two shelves, and the thread that reads and writes them.
+
+use super::look_name::LookName;
+use super::look_shelf::{LookShelf, LookVersion, ReadPictures, ShelfContents, ShelvedLook};
+use base::error::Result;
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use worker::background::{Background, Handler, Request};
+
+/// Where looks are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Shelf {
+    /// In the open project.
+    Project,
+    /// Among a person's settings, for all projects.
+    Person,
+}
+
+impl Shelf {
+    /// Both of them.
+    pub const ALL: [Self; 2] = [Self::Project, Self::Person];
+}
+
+/// A stored look.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LookId {
+    pub shelf: Shelf,
+    pub name: LookName,
+}
+
+/// What is done to a shelf, and the version that it stored, if it stored one.
+type Act = Box<dyn FnOnce(&LookShelf) -> Result<Option<(LookName, u32)>> + Send>;
+
+struct ShelfRequest {
+    shelf: Shelf,
+    at: LookShelf,
+    act: Option<Act>,
+}
+
+/// What came of it, and what is on the shelf then.
+struct ShelfAnswer {
+    shelf: Shelf,
+    at: LookShelf,
+    stored: Result<Option<(LookName, u32)>>,
+    contents: Option<ShelfContents>,
+}
+
+struct Keeping<Wake> {
+    pictures: ReadPictures,
+    answers: Sender<ShelfAnswer>,
+    wake: Wake,
+}
+
+/// The thread, and what it read and wrote.
+struct Keeper {
+    thread: Background<ShelfRequest>,
+    answers: Receiver<ShelfAnswer>,
+}
+
+/// What was learnt of the shelves.
+#[derive(Debug, PartialEq)]
+pub enum LookNews {
+    /// A version was stored.
+    Stored(LookId, u32),
+    /// Why something could not be done.
+    Failed(String),
+    /// A file that is no look.
+    Unreadable(String),
+}
+
+/// Both shelves. Dropping them waits until everything is written.
+pub struct StoredLooks {
+    shelves: [Option<LookShelf>; 2],
+    contents: [ShelfContents; 2],
+    keeper: Option<Keeper>,
+    wake: Arc<dyn Fn() + Send + Sync>,
+    /// What was asked for and is not answered yet.
+    waiting: usize,
+    /// Files that were named already.
+    told: BTreeSet<String>,
+    /// The version that was stored or shown last.
+    pub current: Option<(LookId, u32)>,
+    /// The version that a thumbnail was made for last.
+    pub drawn: Option<(LookId, u32)>,
+}
+
+impl StoredLooks {
+    /// Those of a person, whose settings are in `folder`, if anything is remembered of them.
+    pub fn new(folder: Option<&Path>, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self {
+            shelves: [None, folder.map(LookShelf::within)],
+            contents: Default::default(),
+            keeper: None,
+            wake: Arc::new(wake),
+            waiting: 0,
+            told: BTreeSet::new(),
+            current: None,
+            drawn: None,
+        }
+    }
+
+    /// Another project was opened.
+    pub fn open(&mut self, root: &Path) {
+        self.shelves[Shelf::Project as usize] = Some(LookShelf::within(root));
+        self.contents[Shelf::Project as usize] = ShelfContents::default();
+        (self.current, self.drawn) = (None, None);
+        self.read();
+    }
+
+    /// Reads both shelves again.
+    pub fn read(&mut self) {
+        for shelf in Shelf::ALL {
+            self.put(shelf, None);
+        }
+    }
+
+    /// Where looks of a shelf are; None if there is no such shelf.
+    pub fn shelf(&self, shelf: Shelf) -> Option<&LookShelf> {
+        self.shelves[shelf as usize].as_ref()
+    }
+
+    /// Does something to a shelf soon, in the order in which it was asked for. `act` gives the version that it stored.
+    pub fn act(
+        &mut self,
+        shelf: Shelf,
+        act: impl FnOnce(&LookShelf) -> Result<Option<(LookName, u32)>> + Send + 'static,
+    ) {
+        self.put(shelf, Some(Box::new(act)));
+    }
+
+    fn put(&mut self, shelf: Shelf, act: Option<Act>) {
+        let Some(at) = self.shelves[shelf as usize].clone() else {
+            return;
+        };
+        let keeper = self.keeper.get_or_insert_with(|| {
+            let (send, answers) = channel();
+            let wake = self.wake.clone();
+            let thread = Background::spawn("looks", move |_| Keeping {
+                pictures: ReadPictures::default(),
+                answers: send,
+                wake: move || wake(),
+            });
+            Keeper { thread, answers }
+        });
+        self.waiting += 1;
+        keeper.thread.put(ShelfRequest { shelf, at, act });
+    }
+
+    /// Whether something that was asked for is not done yet.
+    pub fn is_busy(&self) -> bool {
+        self.waiting > 0
+    }
+
+    /// Takes in what was read and written since the last call.
+    pub fn receive(&mut self) -> Vec<LookNews> {
+        let answers = self.keeper.iter().flat_map(|k| k.answers.try_iter());
+        let mut news = Vec::new();
+        for answer in answers.collect::<Vec<_>>() {
+            self.waiting -= 1;
+            let shelf = answer.shelf;
+            // Another project may have been opened meanwhile.
+            let is_open = self.shelf(shelf) == Some(&answer.at);
+            match answer.stored {
+                Ok(Some((name, number))) if is_open => {
+                    news.push(LookNews::Stored(LookId { shelf, name }, number));
+                }
+                Ok(_) => {}
+                Err(e) => news.push(LookNews::Failed(e.to_string())),
+            }
+            if let Some(contents) = answer.contents.filter(|_| is_open) {
+                for sentence in &contents.complaints {
+                    if self.told.insert(sentence.clone()) {
+                        news.push(LookNews::Unreadable(sentence.clone()));
+                    }
+                }
+                self.contents[shelf as usize] = contents;
+            }
+        }
+        news
+    }
+
+    /// The looks of a shelf, in the order of their names.
+    pub fn looks(&self, shelf: Shelf) -> &[ShelvedLook] {
+        &self.contents[shelf as usize].looks
+    }
+
+    /// The looks that were removed from a shelf.
+    pub fn removed(&self, shelf: Shelf) -> &[LookName] {
+        &self.contents[shelf as usize].removed
+    }
+
+    /// All looks, the project's first.
+    pub fn ids(&self) -> impl Iterator<Item = LookId> {
+        Shelf::ALL.into_iter().flat_map(|shelf| {
+            let name = move |look: &ShelvedLook| LookId {
+                shelf,
+                name: look.name.clone(),
+            };
+            self.looks(shelf).iter().map(name)
+        })
+    }
+
+    /// A version of a look; None for the newest.
+    pub fn version(&self, of: &LookId, number: Option<u32>) -> Option<&LookVersion> {
+        let look = self
+            .looks(of.shelf)
+            .iter()
+            .find(|look| look.name == of.name);
+        let mut versions = look?.versions.iter();
+        match number {
+            Some(number) => versions.find(|version| version.number == number),
+            None => versions.next(),
+        }
+    }
+}
+
+impl Request for ShelfRequest {
+    /// All are done, one after the other.
+    fn lane(&self) -> Option<usize> {
+        None
+    }
+
+    fn is_kept(&self) -> bool {
+        self.act.is_some()
+    }
+}
+
+impl<Wake: Fn()> Handler for Keeping<Wake> {
+    type Request = ShelfRequest;
+    type Answer = (Result<Option<(LookName, u32)>>, ShelfContents);
+
+    fn work(&mut self, request: &mut ShelfRequest) -> Result<Self::Answer> {
+        let stored = request.act.take().map_or(Ok(None), |act| act(&request.at));
+        Ok((stored, request.at.list(&mut self.pictures)))
+    }
+
+    fn deliver(&mut self, request: ShelfRequest, answer: Result<Self::Answer>) {
+        let (stored, contents) = match answer {
+            Ok((stored, contents)) => (stored, Some(contents)),
+            Err(e) => (Err(e), None),
+        };
+        let ShelfRequest { shelf, at, .. } = request;
+        let answer = ShelfAnswer {
+            shelf,
+            at,
+            stored,
+            contents,
+        };
+        // Nobody listens after the window is closed.
+        if self.answers.send(answer).is_ok() {
+            (self.wake)();
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Looks that are shown beside each other: the same frame, each in a light and with effects of its own.
+
+use super::PredictedFrame;
+use super::comparison::extra;
+use super::preview::{LookPicture, LookView, PreviewRequest};
+use super::preview_maker::ViewTable;
+use super::srgb_picture::SrgbPicture;
+use base::error::Result;
+use compositor::{EnvironmentLight, Field, Ingredients, compose};
+use imaging::Mask;
+use light::Rig;
+use scene::{Output, Scene};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The pictures of the last request: a look that stays is not made again because another changes.
+#[derive(Default)]
+pub(super) struct LookPictures([Made; 4]);
+
+#[derive(Default)]
+struct Made {
+    light: Option<EnvironmentLight>,
+    of: Option<(LookView, Arc<PredictedFrame>, Option<PathBuf>)>,
+    picture: Option<Arc<SrgbPicture>>,
+}
+
+impl LookPictures {
+    /// The pictures of a request's looks. `reference` is the frame that sets the level of every light; `table` is the table
+    /// that codes go through.
+    ///
+    /// # Errors
+    /// As [`compose`], and when the table cannot be read.
+    pub fn make(
+        &mut self,
+        (request, predicted): (&PreviewRequest, &Arc<PredictedFrame>),
+        (rig, reference): (&Rig, (&Field, &Mask)),
+        table: &mut ViewTable,
+    ) -> Result<[Option<LookPicture>; 4]> {
+        let mut pictures = [const { None }; 4];
+        let places = self.0.iter_mut().zip(&request.looks).zip(&mut pictures);
+        for ((made, look), picture) in places {
+            let Some(view) = look else {
+                *made = Made::default();
+                continue;
+            };
+            let scene = Scene {
+                frame: request.scene.frame,
+                output: Output::Display,
+                ..view.scene.clone()
+            };
+            let is_made = made.of.as_ref().is_some_and(|(of, frame, through)| {
+                of == view && Arc::ptr_eq(frame, predicted) && *through == request.table
+            });
+            if !is_made {
+                made.of = None;
+                let (light, _) = EnvironmentLight::update(
+                    &mut made.light,
+                    &view.environment,
+                    rig,
+                    &scene,
+                    reference,
+                )?;
+                let extra = extra(predicted);
+                let all = light.on(&predicted.field, &predicted.frame.mask);
+                let mut codes = compose(&scene, &Ingredients { extra, ..all })?.display;
+                let table = table.of(&scene, request.table.as_ref())?;
+                if let (Some(codes), Some(table)) = (&mut codes, table) {
+                    table.apply_to(codes);
+                }
+                made.picture = codes.as_ref().map(|codes| Arc::new(SrgbPicture::of(codes)));
+                made.of = Some((view.clone(), predicted.clone(), request.table.clone()));
+            }
+            *picture = made.picture.clone().map(|made| (view.clone(), made));
+        }
+        Ok(pictures)
+    }
+}

@@ -1,0 +1,471 @@
+//! Looks that are stored, shown, shared between projects and compared; undo that outlives the window.
+
+use super::{Window, clay, clay_window, picture, until, until_shown, window};
+use afterlight::project::{Lock, Project};
+use afterlight::studio::{FourSlot, LookId, LookName, Preferences, Shelf, StudioApp};
+use egui::{Event, Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use std::path::{Path, PathBuf};
+
+fn id(shelf: Shelf, name: &str) -> LookId {
+    LookId {
+        shelf,
+        name: LookName::new(name).unwrap(),
+    }
+}
+
+/// Brings the pane of looks to the front.
+fn open_looks(window: &mut Window) {
+    // A person's window remembers it.
+    if window.query_by_label("Name of the look").is_none() {
+        window.get_by_label("Looks").click();
+        window.run_steps(3);
+    }
+}
+
+/// Types a name for the present look in place of the one that is there, and clicks.
+fn store(window: &mut Window, name: &str, button: &str) {
+    window.get_by_label("Name of the look").click();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(2);
+    window.event(Event::Text(name.to_owned()));
+    window.run_steps(2);
+    window.get_by_label(button).click();
+    window.run_steps(2);
+    until_drawn(window, &id(Shelf::Project, name));
+}
+
+/// Waits until the newest version of a look has its picture.
+fn until_drawn(window: &mut Window, look: &LookId) {
+    until(window, "look with its picture", |app| {
+        let looks = app.looks();
+        let newest = looks.version(look, None);
+        !looks.is_busy() && newest.is_some_and(|newest| newest.picture.is_some())
+    });
+}
+
+fn choose(window: &mut Window, look: &str, entry: &str) {
+    window.get_by_label(&format!("More for {look}")).click();
+    window.run_steps(3);
+    window.get_by_label(entry).click();
+    window.run_steps(3);
+    until(window, "end of what was asked for", |app| {
+        !app.looks().is_busy()
+    });
+}
+
+/// Changes environment, yaw and exposure.
+fn relight(window: &mut Window) {
+    window.key_press(Key::E);
+    window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
+    window.run_steps(2);
+    super::drag(
+        window,
+        super::MIDDLE,
+        super::MIDDLE + egui::vec2(37.0, 0.0),
+        egui::PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    until_shown(window);
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).unwrap().flatten() {
+            match entry.path().is_dir() {
+                true => folders.push(entry.path()),
+                false => found.push(entry.path()),
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn a_stored_look_gives_the_same_picture_bit_for_bit_in_one_step() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    relight(&mut window);
+    let stored = (picture(&window), window.state().state().look.clone());
+    open_looks(&mut window);
+    window.get_by_label_contains("None yet");
+    store(&mut window, "Warm key", "Store");
+    relight(&mut window);
+    let other = (picture(&window), window.state().state().look.clone());
+    assert!(stored.0 != other.0);
+    window.get_by_label("Warm key").click();
+    until_shown(&mut window);
+    assert!(picture(&window) == stored.0);
+    assert_eq!(window.state().state().look, stored.1);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(&mut window);
+    assert!(picture(&window) == other.0);
+    assert_eq!(window.state().state().look, other.1);
+    drop(window);
+    let text = std::fs::read_to_string(folder.path().join("looks/Warm key/0001.json")).unwrap();
+    assert!(text.contains("\"exposure_stops\": 0.5"), "{text}");
+    assert!(folder.path().join("looks/Warm key/0001.png").exists());
+
+    // It is the same in the next window.
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    let mut window = super::window(|ctx| StudioApp::over(ctx, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
+    });
+    open_looks(&mut window);
+    until(&mut window, "looks", |app| !app.looks().is_busy());
+    window.get_by_label("Warm key").click();
+    until_shown(&mut window);
+    assert!(picture(&window) == stored.0);
+}
+
+#[test]
+fn an_update_is_a_new_version_and_older_ones_come_back() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    open_looks(&mut window);
+    store(&mut window, "Night", "Store");
+    let first = picture(&window);
+    window.get_by_label("Update").click();
+    window.run_steps(3);
+    let versions = |window: &Window| {
+        window.state().looks().looks(Shelf::Project)[0]
+            .versions
+            .len()
+    };
+    assert!(!window.state().looks().is_busy() && versions(&window) == 1);
+    relight(&mut window);
+    window.get_by_label("Update").click();
+    until(&mut window, "second version", |app| {
+        let newest = app.looks().version(&id(Shelf::Project, "Night"), None);
+        newest.is_some_and(|newest| newest.number == 2 && newest.picture.is_some())
+    });
+    let second = picture(&window);
+    choose(&mut window, "Night", "Show versions");
+    window.get_by_label("Night, version 1").click();
+    until_shown(&mut window);
+    assert!(picture(&window) == first);
+    super::snapshot(&mut window, "studio_looks");
+    window.get_by_label("Update").click();
+    until(&mut window, "third version", |app| {
+        let newest = app.looks().version(&id(Shelf::Project, "Night"), None);
+        newest.is_some_and(|newest| newest.number == 3)
+    });
+    window.get_by_label("Night, version 2").click();
+    until_shown(&mut window);
+    assert!(picture(&window) == second);
+}
+
+#[test]
+fn looks_are_renamed_duplicated_removed_and_brought_back() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    open_looks(&mut window);
+    store(&mut window, "Day", "Store");
+    window.get_by_label("More for Day").click();
+    window.run_steps(3);
+    window.get_by_label("Rename…").click();
+    window.run_steps(3);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(Event::Text("Noon".to_owned()));
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    until(&mut window, "new name", |app| !app.looks().is_busy());
+    choose(&mut window, "Noon", "Duplicate");
+    let names = |window: &Window| -> Vec<String> {
+        let looks = window.state().looks().looks(Shelf::Project).iter();
+        looks.map(|look| look.name.to_string()).collect()
+    };
+    assert_eq!(names(&window), ["Noon", "Noon 2"]);
+    choose(&mut window, "Noon", "Remove");
+    assert_eq!(names(&window), ["Noon 2"]);
+    window.get_by_label("Removed looks").click();
+    window.run_steps(3);
+    window.get_by_label("Restore Noon").click();
+    window.run_steps(3);
+    until(&mut window, "the removed look", |app| {
+        !app.looks().is_busy()
+    });
+    assert_eq!(names(&window), ["Noon", "Noon 2"]);
+    // What no folder can be called is said, and nothing is lost.
+    window.get_by_label("More for Noon").click();
+    window.run_steps(3);
+    window.get_by_label("Rename…").click();
+    window.run_steps(3);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(Event::Text("a/b".to_owned()));
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    window.get_by_label_contains("cannot have /");
+    assert_eq!(names(&window), ["Noon", "Noon 2"]);
+}
+
+/// A saved project in a folder of its own, with two environments.
+fn saved_project(folder: &Path, name: &str) -> Project {
+    let home = folder.join(name);
+    std::fs::create_dir(&home).unwrap();
+    let project = clay::project(&home, clay::environments(&home));
+    project.save().unwrap();
+    project
+}
+
+fn window_of_a_person(settings: &Path, project: Project) -> Window {
+    let preferences = Preferences::from_file(settings);
+    let mut window = window(|ctx| StudioApp::over_as(ctx, preferences, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        let read = app.environments().iter().all(|e| !e.panorama.is_waiting());
+        app.relit().is_some() && read && !app.looks().is_busy()
+    });
+    window
+}
+
+#[test]
+fn a_look_that_is_kept_for_all_projects_brings_its_environment_or_says_that_it_is_missing() {
+    let folder = crate::temporary();
+    let settings = folder.path().join("settings/window.json");
+    let [one, other] = ["one", "other"].map(|name| saved_project(folder.path(), name));
+    let yard = folder.path().join("yard.exr");
+    let picture_of = afterlight::imaging::Image::from_fn(64, 32, |x, _| [x as f32 / 32.0; 3]);
+    afterlight::imaging::file::write_exr(&yard, &picture_of).unwrap();
+    let mut window = window_of_a_person(&settings, one);
+    super::drop_onto(&mut window, yard.clone());
+    until_shown(&mut window);
+    window.key_press(Key::E);
+    until_shown(&mut window);
+    let stored = picture(&window);
+    open_looks(&mut window);
+    store(&mut window, "Yard", "Store");
+    choose(&mut window, "Yard", "Keep for all projects");
+    until(&mut window, "look for all projects", |app| {
+        !app.looks().looks(Shelf::Person).is_empty()
+    });
+    drop(window);
+
+    let mut window = window_of_a_person(&settings, other.clone());
+    open_looks(&mut window);
+    window.get_by_label("Yard, all projects").click();
+    until(&mut window, "environment of the look", |app| {
+        let list = app.environments();
+        list.iter()
+            .any(|e| e.listed.name == "yard" && e.panorama.is_done())
+    });
+    until_shown(&mut window);
+    assert!(picture(&window) == stored);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(&mut window);
+    assert!(window.query_by_label("yard").is_none());
+    drop(window);
+
+    std::fs::remove_file(&yard).unwrap();
+    let mut window = window_of_a_person(&settings, other);
+    open_looks(&mut window);
+    window.get_by_label("Yard, all projects").click();
+    until(&mut window, "what is missing", |app| {
+        app.status().refusal.is_some()
+    });
+    let said = window.state().status().refusal.clone().unwrap();
+    assert!(said.contains("yard") && said.contains("yard.exr"), "{said}");
+    let look = &window.state().state().look;
+    assert_eq!(look.exposure_stops, 0.5, "all else of the look is shown");
+    assert_eq!(look.environments[look.environment].name, "window");
+}
+
+#[test]
+fn a_look_is_written_into_a_file_and_loaded_by_dropping_it() {
+    let folder = crate::temporary();
+    let [one, other] = ["one", "other"].map(|name| saved_project(folder.path(), name));
+    let file = folder.path().join("Moon.look.json");
+    let mut window = window(|ctx| StudioApp::over(ctx, one, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some()
+    });
+    relight(&mut window);
+    let stored = window.state().state().look.exposure_stops;
+    open_looks(&mut window);
+    store(&mut window, "Any", "Store");
+    drop(window);
+    let shelf = folder.path().join("one/looks/Any/0001.json");
+    std::fs::copy(shelf, &file).unwrap();
+
+    let mut window = super::window(|ctx| StudioApp::over(ctx, other, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some()
+    });
+    super::drop_onto(&mut window, file.clone());
+    until_drawn(&mut window, &id(Shelf::Project, "Moon"));
+    assert_eq!(window.state().state().look.exposure_stops, stored);
+    // Twice the same is one version; what is no look is said.
+    super::drop_onto(&mut window, file.clone());
+    until(&mut window, "end of loading", |app| !app.looks().is_busy());
+    let versions = |window: &Window| {
+        window.state().looks().looks(Shelf::Project)[0]
+            .versions
+            .len()
+    };
+    assert_eq!(versions(&window), 1);
+    std::fs::write(&file, "{\"look\": 3}").unwrap();
+    super::drop_onto(&mut window, file);
+    until(&mut window, "reason", |app| app.status().refusal.is_some());
+    window.get_by_label_contains("Moon.look.json");
+}
+
+#[test]
+fn four_looks_stand_side_by_side_at_any_frame_and_one_is_picked() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    open_looks(&mut window);
+    let mut pictures = Vec::new();
+    for name in ["Cold", "Dusk", "Warm"] {
+        relight(&mut window);
+        store(&mut window, name, "Store");
+        pictures.push(picture(&window));
+    }
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(&mut window);
+    let present = picture(&window);
+    window.key_press(Key::Num4);
+    window.run_steps(2);
+    let all_four = |window: &mut Window, frame: usize| {
+        until(window, "four pictures", |app| {
+            app.relit().is_some_and(|relit| {
+                relit.scene.frame == frame && relit.looks.iter().all(Option::is_some)
+            })
+        });
+        let relit = window.state().relit().unwrap().clone();
+        relit.looks.clone().map(|look| look.unwrap().1.rgb.clone())
+    };
+    let [a, b, c, d] = all_four(&mut window, 0);
+    assert!(a == present);
+    for (found, stored) in [b, c, d].iter().zip(&pictures) {
+        assert!(found == stored, "bit for bit as it was stored");
+    }
+    super::snapshot(&mut window, "studio_four");
+    window.key_press(Key::End);
+    window.run_steps(2);
+    let last = all_four(&mut window, clay::FRAMES - 1);
+    assert!(last[3] != pictures[2], "it is another frame");
+
+    // Another look in a place.
+    window.get_by_label("Place B, Cold").click();
+    window.run_steps(3);
+    window.get_by_label("Present look").click();
+    window.run_steps(3);
+    let four = &window.state().state().four;
+    assert_eq!(four.slots[1], FourSlot::Present);
+    let undo = window.state().state().look.clone();
+    window.get_by_label("D: Warm").click();
+    window.run_steps(3);
+    assert!(!window.state().state().four.on);
+    window.key_press(Key::Home);
+    until_shown(&mut window);
+    assert!(picture(&window) == pictures[2]);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(&mut window);
+    let found = &window.state().state().look;
+    assert_eq!(found.exposure_stops, undo.exposure_stops);
+}
+
+#[test]
+fn zoom_and_pan_are_those_of_all_four() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    window.key_press(Key::Num4);
+    until(&mut window, "the present look", |app| {
+        app.relit().is_some_and(|relit| relit.looks[0].is_some())
+    });
+    let place = window.get_by_label("A: present look").rect();
+    super::drag(
+        &mut window,
+        place.center(),
+        place.center() + egui::vec2(20.0, 8.0),
+        egui::PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    let state = window.state().state();
+    assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
+    assert!(state.view.pan[0] > 5.0, "{:?}", state.view.pan);
+    assert!(state.four.on, "a drag picks nothing");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(!window.state().state().four.on);
+}
+
+#[test]
+fn undo_and_redo_survive_a_window_that_is_closed_and_opened() {
+    let folder = crate::temporary();
+    let project = saved_project(folder.path(), "film");
+    let open = |project: Project| {
+        let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+        until(&mut window, "the first picture", |app| {
+            app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
+        });
+        until_shown(&mut window);
+        window
+    };
+    let mut window = open(project.clone());
+    let mut looks = vec![window.state().state().look.clone()];
+    for _ in 0..2 {
+        relight(&mut window);
+        looks.push(window.state().state().look.clone());
+    }
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(2);
+    let undone = window.state().state().look.clone();
+    drop(window);
+    assert!(project.root.join("undo.json").exists());
+
+    let mut window = open(project.clone());
+    assert_eq!(window.state().state().look, undone);
+    let step = |window: &mut Window, modifiers: Modifiers| {
+        window.key_press_modifiers(modifiers, Key::Z);
+        window.run_steps(2);
+        window.state().state().look.clone()
+    };
+    let redo = Modifiers::COMMAND | Modifiers::SHIFT;
+    assert_eq!(step(&mut window, redo), looks[2]);
+    // A change of exposure, of the environment and a turn each.
+    for _ in 0..3 {
+        step(&mut window, Modifiers::COMMAND);
+    }
+    assert_eq!(window.state().state().look, looks[1]);
+    for _ in 0..3 {
+        step(&mut window, Modifiers::COMMAND);
+    }
+    assert_eq!(window.state().state().look, looks[0]);
+    assert!(!window.state().state().can_undo());
+    drop(window);
+
+    // A file that is none of this look's is said, and the look is as it was.
+    std::fs::write(project.root.join("undo.json"), "{\"half a f").unwrap();
+    let window = open(project);
+    assert_eq!(window.state().state().look, looks[0]);
+    assert!(!window.state().state().can_undo() && !window.state().state().can_redo());
+    window.get_by_label_contains("undo.json");
+}
+
+#[test]
+fn a_window_that_only_reads_stores_nothing() {
+    let folder = crate::temporary();
+    let project = saved_project(folder.path(), "film");
+    let _lock = Lock::take(&project.root, "another program").unwrap();
+    let before = files(&project.root);
+    let mut window = window(|ctx| StudioApp::over(ctx, project.clone(), clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some()
+    });
+    relight(&mut window);
+    open_looks(&mut window);
+    window.get_by_label("Name of the look").click();
+    window.run_steps(2);
+    window.event(Event::Text("Mine".to_owned()));
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    window.get_by_label("Store").click();
+    window.run_steps(3);
+    drop(window);
+    assert_eq!(files(&project.root), before);
+}
