@@ -25,7 +25,7 @@ grey. The best picture of a row is framed; the rig's limit (true OLATs) does not
 Tables have the PSNR in each region of the subject, in decibels, over all frames of the truth, and in brackets the region's share
 of the subject. *Edge* is the subject's outermost 1/64 of the picture. *Highlights* are what is brighter than half of white at
 the measure's exposure, *shadow* what is a tenth as bright or less, *lit* the rest. The regions cover the subject, and none
-overlaps another. The best is bold.
+overlaps another. The best is bold. The limit is known of frames alone whose true OLATs are there; the sheets show such frames.
 ";
 
 /// What of the limit can be gained is only said beyond this, in decibels.
@@ -177,7 +177,9 @@ fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
             ));
         }
     }
-    let limit = compared.iter().position(|of| of.method == LIMIT);
+    // Of other frames the limit would say nothing.
+    let same = |of: &Scored| of.kept.result["frames"] == compared[0].kept.result["frames"];
+    let limit = compared.iter().position(|of| of.method == LIMIT && same(of));
     let behind = limit.and_then(|limit| {
         let behind = cells
             .iter()

@@ -39,7 +39,8 @@ pub fn write(path: &Path, methods: &[&Scored]) -> Result<()> {
     let Some(network) = methods.first() else {
         return Ok(());
     };
-    for row in rows(&network.kept.result) {
+    let all: Vec<&Value> = methods.iter().map(|of| &of.kept.result).collect();
+    for row in rows(&all) {
         let file = |of: &Scored, end: &str| {
             let name = format!("{}-{}{end}.png", row.environment, row.frame);
             read_encoded(&of.pictures.join(name))
@@ -84,14 +85,19 @@ pub fn write(path: &Path, methods: &[&Scored]) -> Result<()> {
     write_beside(path, |out| out.write_all(&bytes))
 }
 
-/// The frames that are shown: in each light the network's best and its worst.
-fn rows(network: &Value) -> Vec<Row> {
-    let frames: Vec<u64> = network["frames"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_u64)
-        .collect();
+/// The frames that are shown, of those that all methods have: in each light the best and the worst of the first.
+fn rows(methods: &[&Value]) -> Vec<Row> {
+    let frames_of = |scores: &Value| -> Vec<u64> {
+        let frames = scores["frames"].as_array().into_iter().flatten();
+        frames.filter_map(Value::as_u64).collect()
+    };
+    let Some(network) = methods.first() else {
+        return Vec::new();
+    };
+    let frames = frames_of(network);
+    // The limit is only known where the frame's OLATs are.
+    let others: Vec<Vec<u64>> = methods.iter().map(|scores| frames_of(scores)).collect();
+    let is_common = |frame: &u64| others.iter().all(|frames| frames.contains(frame));
     let mut rows = Vec::new();
     for (environment, by_frame) in network["relit_psnr_by_frame_db"]
         .as_object()
@@ -102,6 +108,7 @@ fn rows(network: &Value) -> Vec<Row> {
         let mut reached: Vec<(f64, u64)> = by_frame
             .filter_map(Value::as_f64)
             .zip(frames.iter().copied())
+            .filter(|(_, frame)| is_common(frame))
             .collect();
         reached.sort_by(|a, b| b.0.total_cmp(&a.0));
         let ends = [
@@ -218,11 +225,16 @@ mod tests {
             method("ratio", [25.0, 22.0], 0.4),
             method("truth-olats", [40.0, 40.0], 0.6),
         ];
-        let found: Vec<u64> = rows(&all[0].kept.result)
+        let results: Vec<&Value> = all.iter().map(|of| &of.kept.result).collect();
+        let found: Vec<u64> = rows(&results)
             .iter()
             .map(|row| row.frame)
             .collect();
         assert_eq!(found, [3, 8]);
+        // A frame that one of them lacks is not shown.
+        let fewer = json!({"frames": [8]});
+        let shown = rows(&[results[0], &fewer]);
+        assert_eq!(shown.iter().map(|row| row.frame).collect::<Vec<_>>(), [8]);
         let all: Vec<&Scored> = all.iter().collect();
         let path = folder.path().join("sheet.jpg");
         write(&path, &all)?;
