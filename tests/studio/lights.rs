@@ -16,6 +16,7 @@ fn groups(window: &Window) -> &[LightGroup] {
 
 fn add(window: &mut Window) {
     window.get_by_label("Add light").click();
+    window.run_steps(4);
     until_shown(window);
 }
 
@@ -23,6 +24,7 @@ fn click(window: &mut Window, name: &str) {
     window.get_by_label(name).scroll_to_me();
     window.run_steps(4);
     window.get_by_label(name).click();
+    window.run_steps(4);
     until_shown(window);
 }
 
@@ -36,6 +38,7 @@ fn choose(window: &mut Window, list: &str, entry: &str) {
     list(window, |list| list.click());
     window.run_steps(4);
     window.get_by_label(entry).click();
+    window.run_steps(4);
     until_shown(window);
 }
 
@@ -51,6 +54,7 @@ fn type_number(window: &mut Window, field: &str, text: &str) {
     window.event(Event::Text(text.to_owned()));
     window.run_steps(2);
     window.key_press(Key::Enter);
+    window.run_steps(4);
     until_shown(window);
 }
 
@@ -79,6 +83,7 @@ fn a_light_has_a_gain_in_stops_and_a_temperature_and_is_muted() {
     window.event(Event::Text("3200".to_owned()));
     window.run_steps(2);
     window.key_press(Key::Enter);
+    window.run_steps(4);
     until_shown(&mut window);
     let warm = &lights(&window)[0];
     assert_eq!(warm.temperature_k, Some(3200.0));
@@ -131,6 +136,7 @@ fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
     window.event(Event::Text("Left side".to_owned()));
     window.run_steps(2);
     window.key_press(Key::Enter);
+    window.run_steps(4);
     until_shown(&mut window);
     assert_eq!(groups(&window)[0].name, "Left side");
     assert!(
@@ -148,6 +154,7 @@ fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
     assert!(groups(&window).is_empty());
     assert!(lights(&window).iter().all(|light| light.group.is_empty()));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(4);
     until_shown(&mut window);
     assert_eq!(groups(&window)[0].name, "Left side");
 }
@@ -210,6 +217,7 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
         "the environment stays"
     );
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(4);
     until_shown(&mut window);
     assert!(to(&window).distance(pulled) < 1e-4, "one step of undo");
     // Esc puts the handle away.

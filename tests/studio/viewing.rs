@@ -7,7 +7,15 @@ use afterlight::scene::{Channel, Inspection, ViewTransform};
 use afterlight::studio::StudioApp;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, vec2};
+use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+
+/// Presses a key so often, and waits for what it asks for: the window takes in one event a step.
+fn press(window: &mut Window, key: Key, times: usize) {
+    (0..times).for_each(|_| window.key_press(key));
+    window.run_steps(2 * times + 2);
+    until_shown(window);
+}
 
 fn brightness(rgb: &[u8]) -> u64 {
     rgb.iter().map(|&code| u64::from(code)).sum()
@@ -35,9 +43,7 @@ fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
     let look = window.state().state().look.clone();
     let saved = folder.path().join("look.json");
     let before = std::fs::read_to_string(&saved).ok();
-    window.key_press(Key::E);
-    window.key_press(Key::E);
-    until_shown(&mut window);
+    press(&mut window, Key::E, 2);
     let seen = window.state().relit().unwrap().clone();
     assert_eq!(seen.scene.viewing.exposure_stops, 1.0);
     assert!(brightness(&seen.rgb) > brightness(&plain.rgb));
@@ -57,9 +63,10 @@ fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
     assert_eq!(std::fs::read_to_string(&saved).ok(), before);
 
     window.key_press_modifiers(Modifiers::SHIFT, Key::E);
-    until_shown(&mut window);
+    window.run_steps(4);
     assert_eq!(window.state().state().viewing.exposure_stops, 0.5);
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    window.run_steps(4);
     until_shown(&mut window);
     assert_eq!(picture(&window), plain.rgb);
     assert!(window.query_by_label_contains("not exported").is_none());
@@ -68,7 +75,15 @@ fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
 #[test]
 fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
     let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    // Steps that are short enough for a double-click.
+    let mut window = Harness::builder()
+        .with_size(vec2(1280.0, 720.0))
+        .with_step_dt(0.02)
+        .build_eframe(|cc| StudioApp::over(&cc.egui_ctx, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
+    });
     until_shown(&mut window);
     let plain = picture(&window);
     drag_number(&mut window, "γ", 60.0);
@@ -79,11 +94,16 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
     // A double-click resets a number.
     for name in ["γ", "Exp"] {
         let at = window.get_by_role_and_label(Role::SpinButton, name).rect();
-        for _ in 0..2 {
-            window.drag_at(at.center());
-            window.drop_at(at.center());
+        window.hover_at(at.center());
+        for pressed in [true, false, true, false] {
+            window.event(Event::PointerButton {
+                pos: at.center(),
+                button: PointerButton::Primary,
+                pressed,
+                modifiers: Modifiers::NONE,
+            });
         }
-        window.run_steps(4);
+        window.run_steps(8);
     }
     until_shown(&mut window);
     assert!(window.state().state().viewing.is_neutral());
@@ -100,11 +120,11 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
     assert!(!state.can_undo());
     assert_ne!(picture(&window), plain);
     window.get_by_label("viewing filmic: not exported");
-    window.key_press(Key::R);
-    until_shown(&mut window);
+    press(&mut window, Key::R, 1);
     let red = Inspection::Channel(Channel::Red);
     assert_eq!(window.state().state().inspection, red);
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    window.run_steps(4);
     until_shown(&mut window);
     assert_eq!(picture(&window), plain);
 }
@@ -114,8 +134,7 @@ fn a_viewing_exposure_changes_no_exported_file() {
     let (mut window, root, _folder) = super::export::opened();
     let mut files = Vec::new();
     for (name, presses) in [("plain", 0), ("viewed", 3)] {
-        (0..presses).for_each(|_| window.key_press(Key::E));
-        until_shown(&mut window);
+        press(&mut window, Key::E, presses);
         window.get_by_label("Workspace Export").click();
         window.run_steps(2);
         super::export::type_name(&mut window, &format!("exports/{name}"));
@@ -152,13 +171,13 @@ fn scopes_have_a_scale_count_what_clips_and_fill_the_pane() {
     window.get_by_label(&format!("Clipped black: R {r}, G {g}, B {b} pixels"));
 
     // What is seen is what is counted, and that is said.
-    (0..8).for_each(|_| window.key_press(Key::E));
-    until_shown(&mut window);
+    press(&mut window, Key::E, 8);
     window.get_by_label("Counted as you see it: viewing +4.0 stops");
     let [r, g, b] = counts(&window, 255);
     assert!(r > 100, "{r}");
     window.get_by_label(&format!("Clipped white: R {r}, G {g}, B {b} pixels"));
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    window.run_steps(4);
     until_shown(&mut window);
 
     window.get_by_label("0–255").click();
@@ -205,7 +224,7 @@ fn a_clip_plays_around_its_range_or_stops_at_its_end() {
     });
     assert_eq!(window.state().state().frame, 2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::L);
-    window.run_steps(2);
+    window.run_steps(4);
     window.key_press(Key::Space);
     for wanted in [1, 0, 2] {
         until(&mut window, "the range again and again", move |app| {

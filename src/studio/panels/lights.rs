@@ -86,10 +86,6 @@ pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if let Some(sentence) = solo_sentence(lighting) {
         ui.label(RichText::new(sentence).color(theme::ACCENT));
     }
-    if lighting.placed.is_empty() {
-        let hint = "None yet: add one, or place one by the face";
-        ui.label(RichText::new(hint).small().color(theme::QUIET));
-    }
     let mut edit = Edit {
         lighting: lighting.clone(),
         chosen: context.state.chosen_light(),
