@@ -87,8 +87,8 @@ mod tests {
                 for icon in [
                     ADD, AIM, CALIBRATE, CHANNELS, COMPARE, COPY, DONE, DOWN, ENLARGE, EXPORT, FIT,
                     FOLDER, FOUR, FRONT, HIDDEN, LOCK, LOOP, MORE, NEXT, OVER, PANELS, PAUSE, PLAY,
-                    PREVIOUS, QUEUE, REDO, REDUCE, RELIGHT, REMOVE, REVIEW, SEARCH, SEEN, SOLO, STAR,
-                    STOP, TRAIN, UNDO, WARNING,
+                    PREVIOUS, QUEUE, REDO, REDUCE, RELIGHT, REMOVE, REVIEW, SEARCH, SEEN, SOLO,
+                    STAR, STOP, TRAIN, UNDO, WARNING,
                 ] {
                     assert!(fonts.has_glyphs(&body, icon), "{icon:?}");
                     assert!(fonts.glyph_width(&body, icon.chars().next().unwrap()) > 8.0);

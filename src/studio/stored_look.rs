@@ -185,10 +185,10 @@ const LEFT: &str = "It is left as it is";
 mod tests {
     use super::super::command::LookCommand;
     use super::super::environment_list::Owner;
-    use scene::Setting;
     use super::super::state::State;
     use super::*;
     use crate::command::ViewCommand;
+    use scene::Setting;
     use std::sync::Arc;
 
     fn listed(name: &str, origin: Origin) -> ListedEnvironment {

@@ -33,9 +33,9 @@ impl LookSettings {
 mod tests {
     use super::*;
     use crate::command::{LookCommand, ViewCommand};
-    use scene::Setting;
     use crate::state::State;
     use light::conventions::Front;
+    use scene::Setting;
     use std::path::PathBuf;
 
     fn applied(look: &LookSettings, adds: bool) -> LookCommand {
