@@ -179,7 +179,9 @@ fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
     }
     // Of other frames the limit would say nothing.
     let same = |of: &Scored| of.kept.result["frames"] == compared[0].kept.result["frames"];
-    let limit = compared.iter().position(|of| of.method == LIMIT && same(of));
+    let limit = compared
+        .iter()
+        .position(|of| of.method == LIMIT && same(of));
     let behind = limit.and_then(|limit| {
         let behind = cells
             .iter()

@@ -1,8 +1,8 @@
 //! The sheet of a shoot: the truth, the network and the methods beside each other, on the same frames, in the same light.
 
 use crate::methods::{LIMIT, Scored};
-use base::files::write_beside;
 use base::Result;
+use base::files::write_beside;
 use export::{Tile, contact_sheet};
 use imaging::file::{jpeg_bytes, read_encoded};
 use imaging::resample::resize;
@@ -226,10 +226,7 @@ mod tests {
             method("truth-olats", [40.0, 40.0], 0.6),
         ];
         let results: Vec<&Value> = all.iter().map(|of| &of.kept.result).collect();
-        let found: Vec<u64> = rows(&results)
-            .iter()
-            .map(|row| row.frame)
-            .collect();
+        let found: Vec<u64> = rows(&results).iter().map(|row| row.frame).collect();
         assert_eq!(found, [3, 8]);
         // A frame that one of them lacks is not shown.
         let fewer = json!({"frames": [8]});
