@@ -112,13 +112,17 @@ mod tests {
     use super::*;
     use imaging::{Image, Raster};
 
-    /// A subject that leaves a border of two pixels, brighter from left to right.
+    /// A subject that leaves a border of two pixels, brighter from left to right, with a glint.
     fn scene() -> (Image, Mask) {
         let mask = Raster::from_fn(40, 20, |x, y| {
             let inside = (2..38).contains(&x) && (2..18).contains(&y);
             f32::from(u8::from(inside))
         });
-        let truth = Raster::from_fn(40, 20, |x, _| [0.001 * 1.2f32.powi(x as i32); 3]);
+        let truth = Raster::from_fn(40, 20, |x, y| {
+            let glint = (30..33).contains(&x) && (9..12).contains(&y);
+            let level = if glint { 0.01 } else { 0.001 };
+            [level * 1.2f32.powi(x as i32); 3]
+        });
         (truth, mask)
     }
 
@@ -155,7 +159,7 @@ mod tests {
             ((20, 2), Region::Edge),
             ((4, 10), Region::Shadow),
             ((25, 10), Region::Lit),
-            ((36, 10), Region::Highlights),
+            ((31, 10), Region::Highlights),
         ] {
             let mut wrong = truth.clone();
             wrong.pixels[at.1 * 40 + at.0] = [0.0; 3];

@@ -1,6 +1,7 @@
 //! One way of learning for all methods, that of the network's own training: Adam with a rate that warms up and falls,
 //! clipped gradients, and a moving average of the weights, which predicts.
 
+use super::quiet::Quiet;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use base::turn;
@@ -19,7 +20,7 @@ const MOST_BAD_STEPS: u32 = 3;
 /// How long a method may learn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Minutes of learning; reading pictures does not count, as it does not for the network.
+    /// Minutes of learning if nothing slows it down; reading pictures does not count, as it does not for the network.
     pub minutes: f64,
     /// Steps after which it ends even before that.
     pub steps: Option<u64>,
@@ -31,6 +32,7 @@ pub struct Effort {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spent {
     pub steps: u64,
+    /// What the steps take if nothing slows them down.
     pub seconds: f64,
 }
 
@@ -60,8 +62,12 @@ pub fn learn<M: Module>(
     let mut live = network;
     let mut average = live.valid();
     let mut optimizer = ModuleOptimizer::from(Adam::default());
-    let (mut spent, mut bad) = (Spent::default(), 0);
+    let (mut quiet, mut bad) = (Quiet::default(), 0);
     loop {
+        let spent = Spent {
+            steps: quiet.steps(),
+            seconds: quiet.seconds(),
+        };
         let by_time = spent.seconds / (60.0 * effort.minutes);
         let by_step = |steps| spent.steps as f64 / f64::max(steps as f64, 1.0);
         let done = by_time.max(effort.steps.map_or(0.0, by_step));
@@ -84,8 +90,7 @@ pub fn learn<M: Module>(
         } else {
             bad += 1;
         }
-        spent.steps += 1;
-        spent.seconds += began.elapsed().as_secs_f64();
+        quiet.add(began.elapsed().as_secs_f64());
         drop(turn);
         if bad >= MOST_BAD_STEPS {
             return Err(Error::invalid(
@@ -93,7 +98,7 @@ pub fn learn<M: Module>(
                 "Check the pictures for blown-out or empty exemplars",
             ));
         }
-        let note = format!("step {}", spent.steps);
+        let note = format!("step {}", quiet.steps());
         progress.step(stage, (done * 1000.0) as u64, 1000, note);
     }
 }

@@ -14,6 +14,7 @@ mod patches;
 mod portrait;
 mod portrait_network;
 mod poses;
+mod quiet;
 #[cfg(test)]
 mod tests;
 

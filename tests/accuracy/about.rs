@@ -104,7 +104,7 @@ fn left(ladder: &Ledger, seeds: u64) -> String {
         ),
     };
     if fewer.is_empty() {
-        let _ = write!(text, " Every rung has {seeds} seeds.");
+        let _ = write!(text, " Every rung that is measured has {seeds} seeds.");
         return text;
     }
     let whole: Vec<&str> = (steps.iter())

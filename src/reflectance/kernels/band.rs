@@ -81,19 +81,32 @@ thread_local! {
     pub static SCRATCH: RefCell<(Vec<f32>, Vec<f32>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
+/// Weights of more bytes do not stay in the second-level cache from one tile of positions to the next. Then all positions go
+/// through one block of them after the other: each sum is the same, but narrow tiles no longer read all weights again from
+/// farther away for every few positions.
+const CACHED_WEIGHTS: usize = 1 << 20;
+/// So many bands pack the weights for themselves.
+const PACKED_IN_TURN: usize = 2;
+
 /// The matrix product of a band for some output channels: left factor the weights, right factor the
 /// band, each sum written to its pixel.
 struct Product<'a, 'b> {
     band: &'a Band,
     values: &'a [f32],
-    /// The weights, output channel by output channel.
-    weights: &'a Packed,
     width: usize,
     bias: Option<&'a [f32]>,
     /// The first output channel, a multiple of [`ROWS`].
     first: usize,
     /// The band's rows in each output plane.
     out: &'a mut [&'b mut [f32]],
+    weights: Left<'a>,
+}
+
+/// The weights as a product reads them, output channel by output channel.
+enum Left<'a> {
+    Packed(&'a Packed),
+    /// They are packed block by block into the memory beside them, just before they are read.
+    InTurn(&'a Weights<'a>, &'a mut [[f32; ROWS]]),
 }
 
 impl WithSimd for Product<'_, '_> {
@@ -102,25 +115,80 @@ impl WithSimd for Product<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let step = tile::positions::<S>();
-        let right = Factor {
-            values: self.values,
-            channel_stride: self.band.plane,
-            taps: &self.band.taps,
+        let positions = self.band.positions();
+        let mut sums = Sums {
+            right: Factor {
+                values: self.values,
+                channel_stride: self.band.plane,
+                taps: &self.band.taps,
+            },
+            band: self.band,
+            width: self.width,
+            tile: [[0.0; MAX_POSITIONS]; ROWS],
         };
-        let mut tile: Tile = [[0.0; MAX_POSITIONS]; ROWS];
-        for position in (0..self.band.positions()).step_by(step) {
-            for (i, planes) in self.out.chunks_mut(ROWS).enumerate() {
-                let channel = |r: usize| self.first + i * ROWS + r.min(planes.len() - 1);
-                let product = tile::Product {
-                    left: self.weights.block(self.first / ROWS + i),
-                    right,
-                    start: core::array::from_fn(|r| self.bias.map_or(0.0, |b| b[channel(r)])),
-                };
-                product.fill(simd, position, &mut tile);
-                for (plane, sums) in planes.iter_mut().zip(&tile) {
-                    scatter(&sums[..step], position, self.band, self.width, plane);
+        let first = self.first / ROWS;
+        let start = |i: usize, planes: usize| {
+            let channel = |r: usize| self.first + i * ROWS + r.min(planes - 1);
+            core::array::from_fn(|r| self.bias.map_or(0.0, |bias| bias[channel(r)]))
+        };
+        match self.weights {
+            Left::Packed(packed) if packed.bytes() <= CACHED_WEIGHTS => {
+                for position in (0..positions).step_by(step) {
+                    for (i, planes) in self.out.chunks_mut(ROWS).enumerate() {
+                        let (left, start) = (packed.block(first + i), start(i, planes.len()));
+                        sums.fill(simd, left, start, position, planes);
+                    }
                 }
             }
+            Left::Packed(packed) => {
+                for (i, planes) in self.out.chunks_mut(ROWS).enumerate() {
+                    let (left, start) = (packed.block(first + i), start(i, planes.len()));
+                    for position in (0..positions).step_by(step) {
+                        sums.fill(simd, left, start, position, planes);
+                    }
+                }
+            }
+            Left::InTurn(weights, left) => {
+                for (i, planes) in self.out.chunks_mut(ROWS).enumerate() {
+                    weights.pack(first + i, left);
+                    let start = start(i, planes.len());
+                    for position in (0..positions).step_by(step) {
+                        sums.fill(simd, left, start, position, planes);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What one tile of sums after the other is made of.
+struct Sums<'a> {
+    right: Factor<'a>,
+    band: &'a Band,
+    width: usize,
+    tile: Tile,
+}
+
+impl Sums<'_> {
+    /// Sums a block of channels from `position` on, and writes them to their pixels.
+    #[inline(always)]
+    fn fill<S: Simd>(
+        &mut self,
+        simd: S,
+        left: &[[f32; ROWS]],
+        start: [f32; ROWS],
+        position: usize,
+        planes: &mut [&mut [f32]],
+    ) {
+        let product = tile::Product {
+            left,
+            right: self.right,
+            start,
+        };
+        product.fill(simd, position, &mut self.tile);
+        let step = tile::positions::<S>();
+        for (plane, sums) in planes.iter_mut().zip(&self.tile) {
+            scatter(&sums[..step], position, self.band, self.width, plane);
         }
     }
 }
@@ -185,9 +253,38 @@ pub fn shares<'a, 'b>(split: &'a mut [Vec<&'b mut [f32]>], part: usize) -> Vec<S
 /// Where element (row, channel, tap) of the weights' factor lies.
 pub struct Weights<'a> {
     pub values: &'a [f32],
+    /// Output channels.
+    pub rows: usize,
     pub row_stride: usize,
     pub channel_stride: usize,
     pub taps: Vec<usize>,
+}
+
+impl Weights<'_> {
+    /// Packs a block of rows, as [`Packed`] holds it.
+    #[inline(always)]
+    fn pack(&self, block: usize, into: &mut [[f32; ROWS]]) {
+        // The last block's further rows repeat the last: their sums go nowhere.
+        let rows: [&[f32]; ROWS] = core::array::from_fn(|r| {
+            &self.values[(block * ROWS + r).min(self.rows - 1) * self.row_stride..]
+        });
+        let taps = self.taps.len();
+        let in_order = self.taps.iter().copied().eq(0..taps) && self.channel_stride == taps;
+        if in_order {
+            let length = into.len();
+            let [a, b, c, d] = rows.map(|row| &row[..length]);
+            for ((((into, a), b), c), d) in into.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+                *into = [*a, *b, *c, *d];
+            }
+            return;
+        }
+        for (channel, into) in into.chunks_exact_mut(taps).enumerate() {
+            let rows = rows.map(|row| &row[channel * self.channel_stride..][..taps]);
+            for (into, &tap) in into.iter_mut().zip(&self.taps) {
+                *into = rows.map(|row| row[tap]);
+            }
+        }
+    }
 }
 
 /// The sums of a convolution over all bands. `row(picture, channel, y, into)` gives a row of the
@@ -208,10 +305,12 @@ pub fn convolve(
         .div_ceil(shape.batch * bands)
         .min(shape.outputs.div_ceil(ROWS));
     let part = shape.outputs.div_ceil(parts).next_multiple_of(ROWS);
-    let size = (shape.inputs, weights.taps.len());
-    let packed = Packed::new(shape.outputs, size, |row, channel, tap| {
-        let start = row * weights.row_stride + channel * weights.channel_stride;
-        weights.values[start + weights.taps[tap]]
+    let length = shape.inputs * weights.taps.len();
+    // Weights that few bands read are packed by each band, while they are near.
+    let packed = (shape.batch * bands > PACKED_IN_TURN).then(|| {
+        Packed::of_blocks(shape.outputs, length, |block, into| {
+            weights.pack(block, into)
+        })
     });
     let mut split = split_bands(out, shape, shape.outputs, rows);
     let tasks = shares(&mut split, part);
@@ -223,20 +322,26 @@ pub fn convolve(
                 }: Share| {
         let (picture, from) = (i / bands, i % bands * rows);
         let band = Band::new(shape, from, rows.min(shape.height - from));
-        let (mut values, other) = SCRATCH.take();
+        let (mut values, mut block) = SCRATCH.take();
         band.fill(shape, shape.inputs, &mut values, |c, y, into| {
             row(picture, c, y, into)
         });
         Arch::new().dispatch(Product {
             band: &band,
             values: &values,
-            weights: &packed,
+            weights: match &packed {
+                Some(packed) => Left::Packed(packed),
+                None => {
+                    block.resize(ROWS * length, 0.0);
+                    Left::InTurn(weights, block.as_chunks_mut().0)
+                }
+            },
             width: shape.width,
             bias,
             first,
             out,
         });
-        SCRATCH.set((values, other));
+        SCRATCH.set((values, block));
         for plane in out {
             finish(plane);
         }

@@ -59,6 +59,7 @@ pub fn forward(
     let taps = shape.taps();
     let weights = Weights {
         values: weight,
+        rows: shape.outputs,
         row_stride: shape.inputs * taps,
         channel_stride: taps,
         taps: (0..taps).collect(),
@@ -113,6 +114,7 @@ fn by_input(
     let taps = shape.taps();
     let weights = Weights {
         values: weight,
+        rows: shape.inputs,
         row_stride: taps,
         channel_stride: shape.inputs * taps,
         taps: (0..taps).rev().collect(),

@@ -164,6 +164,9 @@ fn convolution_and_its_gradients_are_those_of_burn() {
         case(1, [512, 0], 130, [4, 4], 3),
         case(1, [130, 0], 512, [2, 2], 3),
         case(3, [64, 64], 32, [32, 32], 3),
+        // Weights that one band packs for itself, and such as stay far away from many.
+        case(1, [90, 0], 70, [9, 11], 3),
+        case(1, [256, 0], 130, [24, 20], 3),
         case(2, [7, 0], 6, [65, 66], 1),
         case(1, [3, 0], 2, [5, 3], 7),
         case(2, [6, 2], 3, [2, 2], 7),

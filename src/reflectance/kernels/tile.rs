@@ -24,11 +24,7 @@ impl Packed {
         (channels, taps): (usize, usize),
         value: impl Fn(usize, usize, usize) -> f32 + Sync,
     ) -> Self {
-        let length = channels * taps;
-        let mut values = vec![[0.0; ROWS]; rows.div_ceil(ROWS) * length];
-        let blocks = values.par_chunks_mut(length).enumerate();
-        let least = (WORTH_A_THREAD / (ROWS * length)).max(1);
-        blocks.with_min_len(least).for_each(|(block, values)| {
+        Self::of_blocks(rows, channels * taps, |block, values| {
             let first = block * ROWS;
             for (channel, values) in values.chunks_exact_mut(taps).enumerate() {
                 for (tap, values) in values.iter_mut().enumerate() {
@@ -37,8 +33,27 @@ impl Packed {
                         core::array::from_fn(|r| value((first + r).min(rows - 1), channel, tap));
                 }
             }
-        });
+        })
+    }
+
+    /// Packs rows of `length` elements, at least one; `pack(block, values)` fills each block.
+    pub fn of_blocks(
+        rows: usize,
+        length: usize,
+        pack: impl Fn(usize, &mut [[f32; ROWS]]) + Sync,
+    ) -> Self {
+        let mut values = vec![[0.0; ROWS]; rows.div_ceil(ROWS) * length];
+        let blocks = values.par_chunks_mut(length).enumerate();
+        let least = (WORTH_A_THREAD / (ROWS * length)).max(1);
+        blocks
+            .with_min_len(least)
+            .for_each(|(block, values)| pack(block, values));
         Self { values, length }
+    }
+
+    /// Bytes of all elements.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.values[..])
     }
 
     /// The rows from `ROWS · block` on.
