@@ -19,6 +19,15 @@ pub struct RelightArgs {
     project: PathBuf,
     #[command(flatten)]
     settings: RelightSettings,
+    #[command(flatten)]
+    keys: Keys,
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+/// What a command line says in another way than the window: keyframes, the background, existing files.
+#[derive(Debug, Args)]
+pub struct Keys {
     /// Keyframes of the yaw, added to --yaw.
     #[arg(long, value_name = "FRAME:DEG,…", allow_hyphen_values = true)]
     yaw_keys: Option<Keyframes>,
@@ -34,13 +43,21 @@ pub struct RelightArgs {
     /// Keep existing files and append a number to the name, instead of replacing them.
     #[arg(long)]
     keep: bool,
-    #[command(flatten)]
-    pub output: OutputArgs,
 }
 
 impl RelightArgs {
     /// The job that was asked for.
     pub fn job(self) -> Job {
+        Job::Relight {
+            project: self.project,
+            settings: Box::new(self.keys.apply(self.settings)),
+        }
+    }
+}
+
+impl Keys {
+    /// The settings with these.
+    pub fn apply(self, mut settings: RelightSettings) -> RelightSettings {
         let interpolation = if self.linear_keys {
             Interpolation::Linear
         } else {
@@ -51,7 +68,6 @@ impl RelightArgs {
             keys.interpolation = interpolation;
             keys
         };
-        let mut settings = self.settings;
         settings.yaw_keys = keys(self.yaw_keys);
         settings.intensity_keys = keys(self.intensity_keys);
         if self.no_background {
@@ -60,9 +76,6 @@ impl RelightArgs {
         if self.keep {
             settings.files.existing = Existing::Keep;
         }
-        Job::Relight {
-            project: self.project,
-            settings: Box::new(settings),
-        }
+        settings
     }
 }

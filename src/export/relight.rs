@@ -1,5 +1,6 @@
 //! The relit interview: every frame predicted, lit by an environment and written.
 
+use super::look::{Look, sources};
 use super::overlap::{Stages, overlapped};
 use super::provenance::Provenance;
 use super::writer::{Lights, Writer, check};
@@ -21,13 +22,13 @@ use light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
 use project::{KnownEnvironment, Project};
 use reflectance::Predictor;
 use scene::{Background, EXPOSURE_STOPS, Effects, Output, Pass, Scene};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 /// What to relight, how, and where to.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Serialize, Deserialize, clap::Args)]
 pub struct RelightSettings {
     /// A panorama's file, the name of one of the project's environments, or a built-in one: three-point, clamshell,
     /// side-light, clear-sky, low-sun, overcast, courtyard, nave.
@@ -39,6 +40,7 @@ pub struct RelightSettings {
     pub front: Option<Front>,
     /// The environment itself, if it has been read already.
     #[arg(skip)]
+    #[serde(skip)]
     pub read: Option<Arc<Environment>>,
     /// How the panorama's file lays out the sphere, if it is not a lat-long.
     #[arg(long, value_enum)]
@@ -92,6 +94,24 @@ pub struct RelightSettings {
     /// Storage format of predicted OLATs.
     #[arg(long = "field", value_enum, default_value_t)]
     pub storage: Storage,
+}
+
+impl RelightSettings {
+    /// First and last frame of a project's interview that are relit.
+    ///
+    /// # Errors
+    /// When it has no such frames.
+    pub fn range(&self, project: &Project) -> Result<(usize, usize)> {
+        let last = project.settings.shoot.frames.len().saturating_sub(1);
+        match self.frames {
+            None => Ok((0, last)),
+            Some((from, to)) if from <= to && to <= last => Ok((from, to)),
+            Some((from, to)) => Err(Error::missing(
+                format!("there are no frames {from}-{to}: the interview has frames 0 to {last}"),
+                "Ask for frames that the interview has",
+            )),
+        }
+    }
 }
 
 /// The first and last frame, such as `5-12`, or one frame.
@@ -165,12 +185,54 @@ pub fn relight(
     settings: &RelightSettings,
     progress: &Progress,
 ) -> Result<RelightReport> {
-    let (first, last) = frame_range(project, settings.frames)?;
+    run(project, settings, None, progress)
+}
+
+/// A part of an export that is made by itself, as by one worker of many. What it writes is what the whole export would
+/// write there: light has the level of the export's first frame, which is predicted too.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// First and last frame that are written.
+    pub frames: (usize, usize),
+    /// The folder for the frames of a movie, which [`super::join_movie`] joins. Stills go where the export's go.
+    pub folder: PathBuf,
+}
+
+/// Relights a part of what [`relight`] would. Frames that are there, whole and made of the same, are kept.
+///
+/// # Errors
+/// As [`relight`], and when the export has no such frames.
+pub fn relight_part(
+    project: &Project,
+    settings: &RelightSettings,
+    part: &Part,
+    progress: &Progress,
+) -> Result<RelightReport> {
+    run(project, settings, Some(part), progress)
+}
+
+fn run(
+    project: &Project,
+    settings: &RelightSettings,
+    part: Option<&Part>,
+    progress: &Progress,
+) -> Result<RelightReport> {
+    let whole = settings.range(project)?;
+    check(&settings.files, &settings.files.to, whole.1 - whole.0 + 1)?;
+    let (first, last) = part.map_or(whole, |part| part.frames);
+    if first > last || first < whole.0 || last > whole.1 {
+        return Err(Error::missing(
+            format!(
+                "the export has frames {} to {}, not {first} to {last}",
+                whole.0, whole.1
+            ),
+            "Ask for frames of the export",
+        ));
+    }
     let count = last - first + 1;
-    check(&settings.files, &settings.files.to, count)?;
-    let (mut clip, mut writer) = Clip::open(project, settings, (first, last), progress)?;
+    let (mut clip, mut writer) = Clip::open(project, settings, part, progress)?;
     let started = Instant::now();
-    let planned = clip.plan((first, last), &mut writer, progress)?;
+    let (planned, provenance) = clip.plan((first, last), &mut writer, progress)?;
     let relit = planned.iter().filter(|plan| plan.write).count();
     let response = clip.calibration.response;
     let mut rebuild: Option<Rebuild> = None;
@@ -184,22 +246,25 @@ pub fn relight(
             let (frame, filmed) = Frame::load_filmed(project, &response, plan.frame)?;
             let filmed = filmed.shown(settings.files.at);
             let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
-            Ok((frame, plate))
+            let made_of = match (&plan.made_of, &provenance) {
+                (None, Some(provenance)) if plan.write => {
+                    Some(provenance.frame(&plan.scene, &sources(project, plan.frame)))
+                }
+                (known, _) => known.clone(),
+            };
+            Ok((frame, plate, made_of))
         },
-        |plan, (frame, plate)| {
+        |plan, (frame, plate, made_of)| {
             progress.check("")?;
             let note = format!("frame {}", plan.frame);
-            progress.step(
-                "relighting",
-                (plan.frame - first) as u64,
-                count as u64,
-                note,
-            );
-            clip.relight_frame(plan, &frame, plate.as_ref())
+            let done = plan.frame.saturating_sub(first) as u64;
+            progress.step("relighting", done, count as u64, note);
+            let made = clip.relight_frame(plan, &frame, plate.as_ref())?;
+            Ok(made.map(|made| (made, made_of)))
         },
-        |plan, made: Made| {
-            let made_of = Some(&*plan.made_of).filter(|text| !text.is_empty());
-            let check = writer.write(plan.frame, &made.picture, made.lights, made_of, progress)?;
+        |plan, (made, made_of): (Made, Option<String>)| {
+            let (picture, lights) = (&made.picture, made.lights);
+            let check = writer.write(plan.frame, picture, lights, made_of.as_deref(), progress)?;
             rebuild = match (rebuild, check) {
                 (Some(worst), Some(check)) => Some(worst.and(check)),
                 (worst, check) => worst.or(check),
@@ -243,8 +308,8 @@ pub fn relight(
 struct Plan {
     frame: usize,
     scene: Scene,
-    /// What its file says that it was made of; "" for a movie.
-    made_of: String,
+    /// What its file says that it was made of, if that had to be known before: to find what is there already.
+    made_of: Option<String>,
     /// Whether it is written: what the next ones need may be there already.
     write: bool,
 }
@@ -257,12 +322,8 @@ struct Made {
 
 /// A clip while it is relit.
 struct Clip<'a> {
-    project: &'a Project,
-    settings: &'a RelightSettings,
+    look: Look<'a>,
     calibration: Calibration,
-    environment: Arc<Environment>,
-    /// Which way is front in it.
-    front: Front,
     compute: ComputeDevice,
     predictor: Predictor,
     encoder: FieldEncoder,
@@ -271,8 +332,6 @@ struct Clip<'a> {
     /// Numbers of the lamps that light the subject alone; empty for all.
     solo: Vec<usize>,
     series: Series,
-    /// What scenes have to make.
-    output: Output,
     /// The passes of the newest frame, with the time of all frames so far.
     passes: Vec<PassReport>,
     uncovered_energy: f32,
@@ -283,67 +342,69 @@ impl<'a> Clip<'a> {
     fn open(
         project: &'a Project,
         settings: &'a RelightSettings,
-        frames: (usize, usize),
+        part: Option<&Part>,
         progress: &Progress,
     ) -> Result<(Self, Writer)> {
         let calibration = Calibration::load(project)?;
         let solo = lamps_named(&calibration.rig, &settings.solo)?;
-        let (environment, known_front) = match &settings.read {
-            Some(read) => (read.clone(), Front::default()),
-            None => {
-                let (wanted, mapping) = (&settings.environment, settings.mapping);
-                let (found, front) = find_environment(project, wanted, mapping, progress)?;
-                (Arc::new(found), front)
-            }
-        };
+        let look = Look::open(project, settings, progress)?;
         let compute = ComputeDevice::choose(settings.device);
         progress.say(format!("The network runs on the {}", compute.description));
         let predictor = Predictor::open(project, &compute.device)?;
         let interview = Interview::of(project)?;
         let size = picture_size(project, settings.files.at)?;
-        let writer = Writer::open(&settings.files, frames, size, &interview, progress)?;
+        let writer = Writer::open(
+            &settings.files,
+            look.frames,
+            size,
+            &interview,
+            part,
+            progress,
+        )?;
         let clip = Self {
-            project,
-            settings,
+            look,
             calibration,
-            environment,
-            front: settings.front.unwrap_or(known_front),
             compute,
             predictor,
             encoder: FieldEncoder::new(settings.storage),
             light: None,
             solo,
             series: Series::default(),
-            output: writer.output(&settings.effects),
             passes: Vec::new(),
             uncovered_energy: 0.0,
         };
         Ok((clip, writer))
     }
 
-    /// The frames that are relit: those that are not there already, and what these need.
+    /// The frames that are relit: those of `first` to `last` that are not there already, and what these need. With what
+    /// files say of what they are made of, if they can.
     fn plan(
         &self,
         (first, last): (usize, usize),
         writer: &mut Writer,
         progress: &Progress,
-    ) -> Result<Vec<Plan>> {
-        let settings = self.settings;
+    ) -> Result<(Vec<Plan>, Option<Provenance>)> {
+        let settings = self.look.settings;
         let count = last - first + 1;
         let provenance = (writer.writes_stills())
-            .then(|| Provenance::of(self.project, &self.environment, settings, first))
+            .then(|| self.look.provenance())
             .transpose()?;
-        let mut planned = Vec::with_capacity(count);
-        for frame in first..=last {
-            let scene = self.scene(frame, (frame - first) as f32 / count as f32);
-            let made_of = provenance.as_ref().map_or(String::new(), |provenance| {
-                let picture = self.project.frame_picture(frame);
-                let matte = self.project.frame_matte(frame);
-                provenance.frame(&scene, &[picture.file(), matte.file()])
-            });
-            let write = !writer.keeps_frame(frame, &made_of);
-            // The first frame sets the level of all, and smoothing goes from frame to frame.
-            if write || frame == first || settings.effects.asks(Pass::Smoothing) {
+        let start = self.look.frames.0;
+        let is_smooth = settings.effects.asks(Pass::Smoothing);
+        let mut planned = Vec::with_capacity(count + 1);
+        let before = (start..first).take(if is_smooth { usize::MAX } else { 1 });
+        for frame in before.chain(first..=last) {
+            let scene = self.look.scene(frame);
+            let mut made_of = None;
+            let mut write = frame >= first;
+            if let (true, true, Some(provenance)) = (write, writer.goes_on(), &provenance) {
+                progress.check("")?;
+                let text = provenance.frame(&scene, &sources(self.look.project, frame));
+                write = !writer.keeps_frame(frame, &text);
+                made_of = Some(text);
+            }
+            // The export's first frame sets the level of all, and smoothing goes from frame to frame.
+            if write || frame == start || is_smooth {
                 planned.push(Plan {
                     frame,
                     scene,
@@ -362,34 +423,7 @@ impl<'a> Clip<'a> {
         if relit == 0 {
             planned.clear();
         }
-        Ok(planned)
-    }
-
-    /// What frame `index` looks like, `share` of the way through the clip.
-    fn scene(&self, index: usize, share: f32) -> Scene {
-        let settings = self.settings;
-        let turn = if settings.turntable {
-            360.0 * share
-        } else {
-            0.0
-        };
-        let key = |keys: &Keyframes| keys.at(index as f64).unwrap_or(0.0) as f32;
-        let yaw_deg = settings.yaw_deg + turn + key(&settings.yaw_keys);
-        Scene {
-            frame: index,
-            yaw_deg: self.front.turned(yaw_deg),
-            lighting: Lighting {
-                intensity_stops: settings.lighting.intensity_stops + key(&settings.intensity_keys),
-                ..settings.lighting.clone()
-            },
-            effects: settings.effects,
-            exposure_stops: settings.exposure_stops,
-            background: match &self.solo[..] {
-                [] => settings.background,
-                _ => Background::None,
-            },
-            output: self.output,
-        }
+        Ok((planned, provenance))
     }
 
     /// Predicts and lights a frame; None if it is not to be written.
@@ -407,7 +441,7 @@ impl<'a> Clip<'a> {
         let rig = &self.calibration.rig;
         let (light, weights_ms) = EnvironmentLight::update(
             &mut self.light,
-            &self.environment,
+            &self.look.environment,
             rig,
             scene,
             (&field, &frame.mask),
@@ -437,13 +471,13 @@ impl<'a> Clip<'a> {
             return Ok(None);
         }
         let lamps = || lights(scene, &of, rig);
-        let lights = self.settings.files.layers.then(lamps).transpose()?;
+        let lights = self.look.settings.files.layers.then(lamps).transpose()?;
         Ok(Some(Made { picture, lights }))
     }
 
     /// Says what each pass did and took.
     fn profile(&self, stages: Stages, progress: &Progress) {
-        let turned = self.front.turned(self.settings.yaw_deg);
+        let turned = self.look.front.turned(self.look.settings.yaw_deg);
         progress.say(conventions::sentence(turned));
         progress.say(match self.compute.passes() {
             Some(_) => "The passes ran on the GPU, timed by its own clock",
@@ -557,18 +591,6 @@ fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
     numbers.sort_unstable();
     numbers.dedup();
     Ok(numbers)
-}
-
-fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usize, usize)> {
-    let last = project.settings.shoot.frames.len().saturating_sub(1);
-    match asked {
-        None => Ok((0, last)),
-        Some((from, to)) if from <= to && to <= last => Ok((from, to)),
-        Some((from, to)) => Err(Error::missing(
-            format!("there are no frames {from}-{to}: the interview has frames 0 to {last}"),
-            "Ask for frames that the interview has",
-        )),
-    }
 }
 
 fn add_times(sums: &mut Vec<PassReport>, picture: &Picture) {

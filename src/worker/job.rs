@@ -13,6 +13,9 @@ use evaluation::blind::{AnswersReport, BlindReport, BlindSettings, answers, blin
 use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use export::relight::{RelightReport, RelightSettings, find_environment, relight};
+use farm::{
+    AssembleReport, ChunkReport, ChunkSettings, FarmSettings, FrameSpan, JobReport, Training,
+};
 use footage::{
     self, FindPerson, FrameReport, FrameSettings, ImportSettings, MatteSettings, MattesReport,
     make_mattes,
@@ -74,6 +77,35 @@ pub enum Job {
     },
     /// Replace the checkpoint of the project in `project` by an earlier one, named by its step or its folder.
     GoBack { project: PathBuf, to: String },
+    /// Replace the checkpoint of the project in `project` by that of its copy in `from`, which was trained elsewhere.
+    Adopt { project: PathBuf, from: PathBuf },
+    /// Write a job for a farm that relights the interview of the project in `project`.
+    Farm {
+        project: PathBuf,
+        settings: Box<RelightSettings>,
+        farm: FarmSettings,
+        chunks: ChunkSettings,
+    },
+    /// Write a job for a farm that trains the networks of these projects.
+    FarmTrain {
+        projects: Vec<PathBuf>,
+        trainings: Vec<Training>,
+        farm: FarmSettings,
+    },
+    /// Relight frames of the job in `job`, as a worker of a farm. `shoot` is where the footage is, if not where it was.
+    FarmChunk {
+        job: PathBuf,
+        frames: FrameSpan,
+        device: Option<DeviceChoice>,
+        shoot: Option<PathBuf>,
+    },
+    /// Train a network of the job in `job`, as a worker of a farm.
+    FarmTask { job: PathBuf, task: usize },
+    /// Check the frames of the job in `job` and make its movie.
+    FarmAssemble {
+        job: PathBuf,
+        shoot: Option<PathBuf>,
+    },
     /// Relight the interview and write it.
     Relight {
         project: PathBuf,
@@ -162,6 +194,9 @@ pub enum Outcome {
     Machine(Box<MachineReport>),
     Packed(CheckpointInfo),
     WentBack(WentBack),
+    Farmed(JobReport),
+    Chunk(ChunkReport),
+    Assembled(Box<AssembleReport>),
     Framed(FrameReport),
     Matted(MattesReport),
 }
@@ -214,6 +249,11 @@ impl Job {
             Self::Train { .. } => TRAINING,
             Self::GoBack { .. } => "going back to a checkpoint",
             Self::Relight { .. } => "relighting the interview",
+            Self::Adopt { .. } => "adopting a checkpoint",
+            Self::Farm { .. } | Self::FarmTrain { .. } => "writing a job for the farm",
+            Self::FarmChunk { .. } => "relighting frames of a job",
+            Self::FarmTask { .. } => TRAINING,
+            Self::FarmAssemble { .. } => "assembling a job",
             Self::Evaluate { .. } => "measuring",
             Self::Review { .. } => "reviewing the network",
             Self::Blind { .. } => "making the blind comparison",
@@ -236,6 +276,7 @@ impl Job {
             | Self::Calibrate { project, .. }
             | Self::Train { project, .. }
             | Self::GoBack { project, .. }
+            | Self::Adopt { project, .. }
             | Self::Review { project, .. }
             | Self::Blind { project, .. }
             | Self::Answers { project, .. }
@@ -251,6 +292,11 @@ impl Job {
             | Self::Develop { .. }
             | Self::Check { .. }
             | Self::Relight { .. }
+            | Self::Farm { .. }
+            | Self::FarmTrain { .. }
+            | Self::FarmChunk { .. }
+            | Self::FarmTask { .. }
+            | Self::FarmAssemble { .. }
             | Self::Evaluate { .. }
             | Self::Device { .. }
             | Self::Pack { .. } => None,
@@ -339,6 +385,44 @@ impl Job {
                 let info = checkpoints::go_back(&project, &to)?;
                 let optimizer = checkpoint::has_optimizer(&project.checkpoint_path())?;
                 Ok(Outcome::WentBack(WentBack { info, optimizer }))
+            }
+            Self::Adopt { project, from } => {
+                let project = Project::open(&project)?;
+                let info = checkpoints::adopt(&project, &Project::open(&from)?)?;
+                let optimizer = checkpoint::has_optimizer(&project.checkpoint_path())?;
+                Ok(Outcome::WentBack(WentBack { info, optimizer }))
+            }
+            Self::Farm {
+                project,
+                settings,
+                farm,
+                chunks,
+            } => {
+                let project = Project::open(&project)?;
+                farm::write_job(&project, &settings, &farm, &chunks, progress).map(Outcome::Farmed)
+            }
+            Self::FarmTrain {
+                projects,
+                trainings,
+                farm,
+            } => {
+                let projects = projects.iter().map(|root| Project::open(root));
+                let projects = projects.collect::<Result<Vec<_>>>()?;
+                farm::write_training(&projects, &trainings, &farm).map(Outcome::Farmed)
+            }
+            Self::FarmChunk {
+                job,
+                frames,
+                device,
+                shoot,
+            } => farm::run_chunk(&job, frames, device, shoot.as_deref(), progress)
+                .map(Outcome::Chunk),
+            Self::FarmTask { job, task } => {
+                farm::run_task(&job, task, progress).map(Outcome::Trained)
+            }
+            Self::FarmAssemble { job, shoot } => {
+                let report = farm::assemble(&job, shoot.as_deref(), progress)?;
+                Ok(Outcome::Assembled(Box::new(report)))
             }
             Self::Relight { project, settings } => {
                 relight(&Project::open(&project)?, &settings, progress).map(Outcome::Relit)
@@ -491,6 +575,9 @@ impl Outcome {
             Self::Applied(applied) => applied.sentence(),
             Self::Shown(report) => report.sentence(),
             Self::Machine(report) => report.sentence(),
+            Self::Farmed(report) => report.sentence(),
+            Self::Chunk(report) => report.sentence(),
+            Self::Assembled(report) => report.sentence(),
             Self::WentBack(WentBack { info, optimizer }) => format!(
                 "The checkpoint of step {} is restored, after {:.0} s of training. The one before is in the list of \
                  checkpoints. {}",

@@ -35,11 +35,15 @@ pub enum Need {
     Pfspanoramic,
     /// The program `prlimit`.
     Prlimit,
+    /// The program `openjd` of openjd-cli.
+    OpenJobDescription,
+    /// Slurm's and MUNGE's daemons, and the right to start them.
+    Slurm,
 }
 
 impl Need {
     /// All of them.
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 13] = [
         Self::SharedData,
         Self::Gpu,
         Self::GpuF16,
@@ -51,6 +55,8 @@ impl Need {
         Self::SmallDisk,
         Self::Pfspanoramic,
         Self::Prlimit,
+        Self::OpenJobDescription,
+        Self::Slurm,
     ];
 
     /// Its name in lists.
@@ -67,6 +73,8 @@ impl Need {
             Self::SmallDisk => "small disk",
             Self::Pfspanoramic => "pfspanoramic",
             Self::Prlimit => "prlimit",
+            Self::OpenJobDescription => "openjd",
+            Self::Slurm => "slurm",
         }
     }
 }
