@@ -7,13 +7,13 @@ use std::path::Path;
 use test_support::shown;
 use test_support::small_disk::SmallDisk;
 
-/// A job in two chunks whose output is `joined.mkv`.
+/// A job in two chunks whose output is `joined.mov`.
 fn written() -> Option<Ground> {
     test_support::ffmpeg().then(|| {
         let ground = Ground::new();
         ground.write_job(
             "a job",
-            "joined.mkv",
+            "joined.mov",
             &["--engine", "openjd", "--chunk", "6"],
         );
         ground
@@ -30,7 +30,7 @@ fn replace(path: &Path, change: impl FnOnce(Vec<u8>) -> Vec<u8>) {
 #[test]
 fn a_project_that_changes_while_its_job_runs_changes_nothing_in_it() {
     let Some(ground) = written() else { return };
-    ground.export("alone.mkv");
+    ground.export("alone.mov");
     ground.chunk("a job", "0-5");
     // More training, another calibration, another name: all that an artist may do meanwhile.
     let train = "train;my film;--epochs;3;--device;cpu;--set;width=8;--set;most-channels=16;--json";
@@ -39,11 +39,11 @@ fn a_project_that_changes_while_its_job_runs_changes_nothing_in_it() {
         ground.path(),
         &["calibrate", "my film", "--gamma", "srgb", "--json"],
     );
-    ground.export("later.mkv");
-    assert!(ground.read("later.mkv") != ground.read("alone.mkv"));
+    ground.export("later.mov");
+    assert!(ground.read("later.mov") != ground.read("alone.mov"));
     ground.chunk("a job", "6-11");
     ground.assemble("a job");
-    assert!(ground.read("joined.mkv") == ground.read("alone.mkv"));
+    assert!(ground.read("joined.mov") == ground.read("alone.mov"));
     shown!(Accidents, "A project is trained and calibrated while its job runs on a farm",
         danger: "half of the movie is made by another network",
         done: "a job reads a snapshot of its own", bound: "the movie of one export", measured: "equal bytes");
@@ -99,7 +99,7 @@ fn a_snapshot_that_was_touched_is_refused() {
 #[test]
 fn frames_that_lack_or_are_damaged_are_named_with_their_command() {
     let Some(ground) = written() else { return };
-    ground.export("alone.mkv");
+    ground.export("alone.mov");
     ground.chunk("a job", "0-5");
     let said = fail(ground.path(), &["farm-assemble", "a job"]);
     assert!(
@@ -125,7 +125,7 @@ fn frames_that_lack_or_are_damaged_are_named_with_their_command() {
     ] {
         assert!(said.contains(words), "{said}");
     }
-    assert!(!ground.at("joined.mkv").exists());
+    assert!(!ground.at("joined.mov").exists());
     let report: Value = serde_json::from_slice(&ground.read("a job/report.json")).unwrap();
     let again: Vec<&str> = report["again"]
         .as_array()
@@ -142,7 +142,7 @@ fn frames_that_lack_or_are_damaged_are_named_with_their_command() {
         assert_eq!(ground.chunk("a job", frames)["kept"], 0);
     }
     ground.assemble("a job");
-    assert!(ground.read("joined.mkv") == ground.read("alone.mkv"));
+    assert!(ground.read("joined.mov") == ground.read("alone.mov"));
     shown!(Accidents, "A chunk of a farm writes half a frame, or loses one",
         danger: "a movie with a hole, hours later",
         done: "every frame is decoded before the movie is made; those that have to be made again are named with their command",
@@ -152,7 +152,7 @@ fn frames_that_lack_or_are_damaged_are_named_with_their_command() {
 #[test]
 fn a_lost_worker_s_frames_are_kept_and_two_workers_at_one_chunk_do_no_harm() {
     let Some(ground) = written() else { return };
-    ground.export("alone.mkv");
+    ground.export("alone.mov");
     ground.kill_a_chunk("a job", 0, "0-5");
     let left = ground.frames("a job").len();
     assert!((1..6).contains(&left), "{left} frames");
@@ -181,7 +181,7 @@ fn a_lost_worker_s_frames_are_kept_and_two_workers_at_one_chunk_do_no_harm() {
     let again = ground.chunk("a job", "0-11");
     assert_eq!(again["kept"], 12);
     ground.assemble("a job");
-    assert!(ground.read("joined.mkv") == ground.read("alone.mkv"));
+    assert!(ground.read("joined.mov") == ground.read("alone.mov"));
     shown!(Accidents, "A worker of a farm is killed, and two workers are given the same chunk",
         danger: "frames that two wrote at once, or that are made twice",
         done: "frames that are whole are kept; the second worker waits for the first, and each file is renamed once it is whole",
@@ -256,7 +256,7 @@ fn a_job_is_written_into_an_empty_folder_alone_and_to_its_end() {
     let ground = Ground::new();
     std::fs::create_dir(ground.at("taken")).unwrap();
     std::fs::write(ground.at("taken/notes"), "mine").unwrap();
-    let asked = "farm;my film;--environment;nave;--output;a.mkv;--engine;slurm;--to;taken";
+    let asked = "farm;my film;--environment;nave;--output;a.mov;--engine;slurm;--to;taken";
     let said = fail(ground.path(), &asked.split(';').collect::<Vec<_>>());
     assert!(said.contains("taken is not empty"), "{said}");
     assert_eq!(std::fs::read_dir(ground.at("taken")).unwrap().count(), 1);

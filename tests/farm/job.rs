@@ -149,6 +149,15 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
+/// A checksum of each frame that a movie shows, and when.
+fn frame_sums(movie: &Path) -> Vec<u8> {
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-v", "error", "-i"]).arg(movie);
+    let output = ffmpeg.args(["-f", "framemd5", "-"]).output().unwrap();
+    assert!(output.status.success() && output.stdout.len() > 500);
+    output.stdout
+}
+
 #[test]
 fn chunks_are_joined_to_the_movie_that_one_export_writes() {
     if !test_support::ffmpeg() {
@@ -182,7 +191,12 @@ fn chunks_are_joined_to_the_movie_that_one_export_writes() {
         assert_eq!(report["frames"], 12);
         assert_eq!(report["chunks"].as_array().unwrap().len(), 3);
         assert!(report["frame_bytes"].as_u64().unwrap() > 1000);
-        assert!(ground.read(&joined) == ground.read(&alone), "{ending}");
+        // Matroska writes a random number into each file.
+        let of = |movie: &str| match ending {
+            "mkv" => frame_sums(&ground.at(movie)),
+            _ => ground.read(movie),
+        };
+        assert!(of(&joined) == of(&alone), "{ending}");
     }
 }
 

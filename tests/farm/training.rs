@@ -15,7 +15,7 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
         ground.path(),
         &["farm-chunk", "a job", "--task", "0", "--json"],
     );
-    assert!(trained["step"].as_u64() > before["present"]["step"].as_u64());
+    assert!(trained["steps"].as_u64() > before["present"]["step"].as_u64());
     // The artist's own project is as it was.
     assert_eq!(
         succeed(ground.path(), &["checkpoints", "my film", "--json"]),
@@ -26,7 +26,7 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
         ground.path(),
         &["farm-chunk", "a job", "--task", "0", "--json"],
     );
-    assert_eq!(again["step"], trained["step"]);
+    assert_eq!(again["steps"], trained["steps"]);
     let said = fail(ground.path(), &["farm-chunk", "a job", "--task", "1"]);
     assert!(said.contains("no training 1"), "{said}");
 
@@ -36,10 +36,10 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
         .collect();
     let adopt = ["checkpoints", "my film", "--adopt", &copies[0], "--json"];
     let adopted = succeed(ground.path(), &adopt);
-    assert_eq!(adopted["info"]["step"], trained["step"]);
+    assert_eq!(adopted["info"]["step"], trained["steps"]);
     assert_eq!(adopted["optimizer"], true);
     let list = succeed(ground.path(), &["checkpoints", "my film", "--json"]);
-    assert_eq!(list["present"]["step"], trained["step"]);
+    assert_eq!(list["present"]["step"], trained["steps"]);
     let kept = list["kept"].as_array().unwrap();
     let aside = kept.iter().find(|kept| kept["aside"] == true).unwrap();
     assert_eq!(aside["info"]["step"], before["present"]["step"]);
