@@ -66,11 +66,11 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
         let said = fail(ground.path(), &["checkpoints", name, "--adopt", &copies[0]]);
         assert!(said.contains(&format!("{what} differs")), "{said}");
     }
-    let rungs = "farm-train;my film;--epochs;1;--rung;width=4;--rung;width=8,most-channels=16;--engine;openjd;--to;rungs;--json";
+    let rungs = "farm-train;my film;--epochs;1;--rung;width=12;--rung;width=8,most-channels=16;--engine;openjd;--to;rungs;--json";
     let written = succeed(ground.path(), &rungs.split(';').collect::<Vec<_>>());
     assert_eq!(written["tasks"], 2);
     let job = std::fs::read_to_string(ground.at("rungs/job.json")).unwrap();
-    assert!(job.contains("projects/0-") && job.contains("projects/1-") && job.contains("width=4"));
+    assert!(job.contains("projects/0-") && job.contains("projects/1-") && job.contains("width=12"));
     shown!(Accidents, "A network that a farm trained is taken home",
         danger: "the one that was there is lost, or one of other lamps makes wrong pictures",
         done: "size, lamps, shoot, framing and calibration are compared; the present checkpoint is set aside");
