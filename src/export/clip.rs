@@ -4,7 +4,7 @@ use super::codec::{Codec, Container};
 use super::colors::Encoding;
 use super::encoder::{Encoder, PATIENCE, Unanswered, file_url};
 use super::rational_rate;
-use super::still::{no_display, no_light, straight, word_from_unit};
+use super::still::{no_display, no_light, over_black, straight, word_from_unit};
 use super::time_code::TimeCode;
 use base::error::{Error, Result};
 use base::files::Unfinished;
@@ -119,10 +119,9 @@ impl ClipWriter {
                 "Keep one size for all frames",
             ));
         }
-        let display = picture
-            .display
-            .as_ref()
-            .ok_or_else(|| no_display(&self.path))?;
+        if picture.display.is_none() {
+            return Err(no_display(&self.path));
+        }
         let word = |v: f32| word_from_unit(v).to_le_bytes();
         let (from, to) = (self.size, self.codec.padded(self.size));
         let bytes: Vec<u8> = if self.codec.has_alpha() {
@@ -130,7 +129,8 @@ impl ClipWriter {
             let pixels: Vec<_> = straight.map(|p| p.map(word)).collect();
             padded(&pixels, from, to).flatten().flatten().collect()
         } else {
-            let codes = display.0.pixels.iter().copied().map(self.encoding.codes());
+            let codes = over_black(picture, &self.encoding).ok_or_else(|| no_light(&self.path))?;
+            let codes = codes.into_iter();
             if self.codec.is_deep() {
                 let pixels: Vec<_> = codes.map(|p| p.map(word)).collect();
                 padded(&pixels, from, to).flatten().flatten().collect()

@@ -1,22 +1,19 @@
 //! The check that light layers give back what they are layers of.
 
+use super::exr_file::{ExrFile, Part};
 use super::exr_still::written_light;
-use super::layers::{REST, WEIGHTS, Written, weights_file};
+use super::layers::{REST, WEIGHTS, Written, file_name, weights_file};
 use super::still::{About, no_light};
 use base::error::{Error, Result};
 use base::files::{is_bare, read_text};
 use compositor::Picture;
-use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};
-use exr::prelude::{AnyChannels, FlatImage, FlatSamples, Layer};
+use exr::prelude::FlatImage;
 use imaging::Image;
-use imaging::file::{MAX_PIXELS, check_openexr};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 const REMEDY: &str = "Export it again with its light layers";
-/// What a byte of a file can be at most once it is unpacked: deflate makes 1032 of one.
-const MOST_PER_BYTE: u64 = 2048;
 /// The longest JSON of weights that is read, in bytes.
 const MOST_WEIGHTS: u64 = 16 << 20;
 /// A residual that the rounding of half floats explains: half a step of 2⁻¹¹ for the layers, and as much for picture
@@ -57,8 +54,6 @@ struct Beside {
 struct Rest {
     file: Option<String>,
 }
-
-type Part = Layer<AnyChannels<FlatSamples>>;
 
 /// The sum of a file's light layers, each times the weight that its header says: the relit subject within the data
 /// window, linear and as its alpha says.
@@ -118,7 +113,15 @@ impl Rebuild {
     /// # Errors
     /// As [`rebuilt`].
     pub fn of_file(path: &Path) -> Result<Self> {
-        let mut sum = Sum::of(path)?;
+        Self::of_image(path, &read(path)?)
+    }
+
+    /// The same of a file that has been decoded.
+    ///
+    /// # Errors
+    /// When it has no light layers with weights, or a layer's own file cannot be read.
+    pub(super) fn of_image(path: &Path, file: &FlatImage) -> Result<Self> {
+        let mut sum = Sum::of_image(path, file)?;
         if let Some(rest) = &sum.rest {
             for (sum, rest) in sum.lamps.iter_mut().zip(rest) {
                 (0..3).for_each(|c| sum[c] += rest[c]);
@@ -200,39 +203,79 @@ impl Rebuild {
     }
 }
 
+/// Which layers a file says that it has.
+struct Named {
+    layers: Vec<Written>,
+    rest_file: Option<String>,
+    /// Whether the JSON file beside the picture is needed to know them.
+    in_json: bool,
+}
+
+impl Named {
+    /// None if it says nothing of light layers.
+    fn of(path: &Path, first: &Part) -> Result<Option<Self>> {
+        let Some(AttributeValue::Text(text)) = first.attributes.other.get(&Text::from(WEIGHTS))
+        else {
+            return Ok(None);
+        };
+        let layers: Vec<Written> = serde_json::from_str(&text.to_string())
+            .map_err(|e| Error::codec("read", path, e, REMEDY))?;
+        if !layers.is_empty() {
+            return Ok(Some(Self {
+                layers,
+                rest_file: None,
+                in_json: false,
+            }));
+        }
+        let json = weights_file(path);
+        let text =
+            read_text(&json, MOST_WEIGHTS).map_err(|e| Error::io("read", &json, e, REMEDY))?;
+        let beside: Beside =
+            serde_json::from_str(&text).map_err(|e| Error::codec("read", &json, e, REMEDY))?;
+        Ok(Some(Self {
+            layers: beside.layers,
+            rest_file: beside.rest.and_then(|rest| rest.file),
+            in_json: true,
+        }))
+    }
+}
+
+/// Names of the files beside a picture that belong to it: its layers' and their weights'. None if it has no light layers.
+///
+/// # Errors
+/// When it says that there are some, and not which.
+pub(super) fn files_beside(path: &Path, file: &FlatImage) -> Result<Option<Vec<String>>> {
+    let first = file.layer_data.first();
+    let Some(named) = (first.map(|first| Named::of(path, first)).transpose()?).flatten() else {
+        return Ok(None);
+    };
+    let json = weights_file(path);
+    let json = (named.in_json || json.is_file()).then(|| file_name(&json));
+    let layers = named.layers.into_iter().filter_map(|layer| layer.file);
+    Ok(Some(
+        (json.into_iter().chain(layers).chain(named.rest_file)).collect(),
+    ))
+}
+
 impl Sum {
     fn of(path: &Path) -> Result<Self> {
-        let file = read(path)?;
-        let wrong = |what: String| Error::invalid(format!("{} {what}", path.display()), REMEDY);
-        let first = file
-            .layer_data
-            .first()
-            .ok_or_else(|| wrong("has no part".to_owned()))?;
-        let written = match first.attributes.other.get(&Text::from(WEIGHTS)) {
-            Some(AttributeValue::Text(text)) => text.to_string(),
-            _ => return Err(missing(path, "weights of light layers in the header")),
+        Self::of_image(path, &read(path)?)
+    }
+
+    fn of_image(path: &Path, file: &FlatImage) -> Result<Self> {
+        let first = (file.layer_data.first()).ok_or_else(|| missing(path, "part"))?;
+        let Some(named) = Named::of(path, first)? else {
+            return Err(missing(path, "weights of light layers in the header"));
         };
-        let mut written: Vec<Written> =
-            serde_json::from_str(&written).map_err(|e| Error::codec("read", path, e, REMEDY))?;
-        let mut rest_file = None;
-        if written.is_empty() {
-            let json = weights_file(path);
-            let text =
-                read_text(&json, MOST_WEIGHTS).map_err(|e| Error::io("read", &json, e, REMEDY))?;
-            let beside: Beside =
-                serde_json::from_str(&text).map_err(|e| Error::codec("read", &json, e, REMEDY))?;
-            written = beside.layers;
-            rest_file = beside.rest.and_then(|rest| rest.file);
-        }
         let window = first.size;
         let pixels = window.area();
         let corner = first.attributes.layer_position - file.attributes.display_window.position;
         let mut lamps = vec![[0f64; 3]; pixels];
-        for entry in &written {
+        for entry in &named.layers {
             let weight = entry.weight.map(f64::from);
             add(
                 path,
-                &file,
+                file,
                 &entry.layer,
                 entry.file.as_deref(),
                 weight,
@@ -241,17 +284,18 @@ impl Sum {
         }
         let mut beauty = vec![[0f64; 3]; pixels];
         add_channels(path, first, "", [1.0; 3], &mut beauty)?;
-        let has_rest = rest_file.is_some()
-            || part(&file, REST).is_some()
+        let has_rest = named.rest_file.is_some()
+            || part(file, REST).is_some()
             || (first.channel_data.list.iter()).any(|c| c.name.eq("rest.R"));
         let rest = has_rest.then(|| {
             let mut rest = vec![[0f64; 3]; pixels];
-            add(path, &file, REST, rest_file.as_deref(), [1.0; 3], &mut rest).map(|()| rest)
+            let rest_file = named.rest_file.as_deref();
+            add(path, file, REST, rest_file, [1.0; 3], &mut rest).map(|()| rest)
         });
         Ok(Self {
             size: (window.width(), window.height()),
             at: (corner.x().max(0) as usize, corner.y().max(0) as usize),
-            layers: written.len(),
+            layers: named.layers.len(),
             lamps,
             rest: rest.transpose()?,
             beauty,
@@ -335,32 +379,7 @@ fn missing(path: &Path, what: &str) -> Error {
     Error::missing(format!("{} has no {what}", path.display()), REMEDY)
 }
 
-/// Reads all parts, unless they claim more pixels than the file can hold.
+/// Reads all parts.
 fn read(path: &Path) -> Result<FlatImage> {
-    let fail = |e: exr::error::Error| Error::codec("read", path, e, REMEDY);
-    let wrong = |problem: String| Error::invalid(format!("{}: {problem}", path.display()), REMEDY);
-    let opened = base::files::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
-    let length = (opened.metadata().map(|data| data.len()))
-        .map_err(|e| Error::io("read", path, e, REMEDY))?;
-    let reader = std::io::BufReader::new(opened);
-    let parts = MetaData::read_from_buffered(reader, false)
-        .map_err(fail)?
-        .headers;
-    check_openexr(&parts).map_err(wrong)?;
-    let mut bytes = 0u64;
-    for part in &parts {
-        let pixels = part.layer_size.0 as u64 * part.layer_size.1 as u64;
-        if pixels > MAX_PIXELS as u64 {
-            return Err(wrong(format!(
-                "it claims to have {pixels} pixels, and at most {MAX_PIXELS} are read"
-            )));
-        }
-        bytes = bytes.saturating_add(pixels.saturating_mul(part.channels.bytes_per_pixel as u64));
-    }
-    if bytes > length.saturating_mul(MOST_PER_BYTE) {
-        return Err(wrong(format!(
-            "it claims to hold {bytes} bytes of pixels in {length} bytes"
-        )));
-    }
-    exr::prelude::read_all_flat_layers_from_file(path).map_err(fail)
+    ExrFile::open(path, REMEDY)?.decode(path, REMEDY)
 }

@@ -301,7 +301,13 @@ impl<'a> Clip<'a> {
         let predictor = Predictor::open(project, &compute.device)?;
         let interview = Interview::of(project)?;
         let size = picture_size(project, settings.files.at)?;
-        let writer = Writer::open(&settings.files, frames, size, &interview, progress)?;
+        let ocio = settings.files.ocio.clone();
+        let files = Files {
+            ocio: ocio.or_config(project.color_config()),
+            ..settings.files.clone()
+        };
+        check_grain(settings)?;
+        let writer = Writer::open(&files, frames, size, &interview, progress)?;
         let clip = Self {
             project,
             settings,
@@ -331,7 +337,15 @@ impl<'a> Clip<'a> {
         let settings = self.settings;
         let count = last - first + 1;
         let provenance = (writer.writes_stills())
-            .then(|| Provenance::of(self.project, &self.environment, settings, first))
+            .then(|| {
+                Provenance::of(
+                    self.project,
+                    &self.environment,
+                    settings,
+                    first,
+                    writer.colors(),
+                )
+            })
             .transpose()?;
         let mut planned = Vec::with_capacity(count);
         for frame in first..=last {
@@ -460,6 +474,17 @@ impl<'a> Clip<'a> {
             progress.say(format!("{:16} {time}  {}", pass.name, pass.reason));
         }
     }
+}
+
+/// Refuses grain where a configuration makes the codes.
+fn check_grain(settings: &RelightSettings) -> Result<()> {
+    if settings.files.ocio.is_asked() && settings.effects.asks(Pass::Grain) {
+        return Err(Error::invalid(
+            "grain is measured in the codes of our own view, and an OpenColorIO configuration makes others",
+            "Leave the grain out, or --ocio-display, --ocio-view, --ocio-look and --ocio-space",
+        ));
+    }
+    Ok(())
 }
 
 /// The subject under each lamp, and under all of them as the compositor sums them: without what is behind it

@@ -2,7 +2,7 @@
 
 use super::clip::Movie;
 use super::codec::{Codec, Container};
-use super::colors::Encoding;
+use super::colors::{Encoding, check_config, check_linear};
 use super::format::{Bits, Existing, Files};
 use super::interview::Interview;
 use super::layers::LightLayers;
@@ -60,7 +60,10 @@ impl Writer {
             Existing::Keep => untaken(&files.to, first, last)?,
         };
         let destination = check(files, &to, last - first + 1)?;
-        let encoding = Encoding::open(files.space, files.lut.as_deref())?;
+        let config = files.ocio.transform()?;
+        let is_linear = destination.output() == Output::Linear;
+        check_linear(config.as_ref(), &to, is_linear)?;
+        let encoding = Encoding::open(files.space, files.lut.as_deref())?.with_config(config);
         let written = files.size.map_or(size, |longest| fitted(size, longest));
         // What exports to this folder left when they were killed.
         if let Some(folder) = destination.files(first, last).next().and_then(folder) {
@@ -195,8 +198,15 @@ impl Writer {
         if let (Some(picture), Some(subject)) = (&shown.linear, &subject.linear) {
             layers = layers.with_rest(picture, subject);
         }
-        let layers = layers.in_space(self.encoding.primaries());
+        let layers = layers.in_space(self.encoding.keeps_light());
         Lights { layers, subject }
+    }
+
+    /// What a configuration makes of the light; "" without one. The same for the same numbers.
+    pub fn colors(&self) -> &str {
+        self.encoding
+            .config()
+            .map_or("", |config| config.identity())
     }
 
     /// Whether each frame has a file of its own.
@@ -265,7 +275,9 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
         ));
     }
     let is_linear = destination.output() == Output::Linear;
-    Encoding::check(files.space, files.lut.as_deref(), to, is_linear)?;
+    let table = files.lut.as_deref();
+    Encoding::check(files.space, table, to, is_linear)?;
+    check_config(&files.ocio, (files.space, table), to, is_linear)?;
     match &destination {
         Destination::Clip(path) => {
             Codec::of(files.codec, path)?;

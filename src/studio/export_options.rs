@@ -4,6 +4,7 @@ use super::environment_library::PanoramaState;
 use super::keyframed::Keyframed;
 use super::look::LookSettings;
 use super::status::Phase;
+use color_config::ColorChoice;
 use compositor::Storage;
 use export::relight::RelightSettings;
 use export::{Existing, ExrSettings, Files, Format, OutputSpace};
@@ -184,6 +185,7 @@ impl ExportOptions {
                 codec: self.format.codec(),
                 space: self.space,
                 lut: self.table(&project.root),
+                ocio: ColorChoice::default(),
                 no_sound: !self.sound,
                 resume: self.resume && !self.format.is_movie(),
                 exr: self.exr,
