@@ -65,6 +65,8 @@ impl EnvironmentsPanel {
             .auto_shrink(false)
             .show(ui, |ui| {
                 ui.spacing_mut().item_spacing.y = 2.0;
+                // The bar to scroll by covers no button.
+                ui.set_max_width(ui.available_width() - GAP);
                 for group in &groups {
                     // What is searched for, or was chosen by a key, is not hidden.
                     let searched = !context.state.search.trim().is_empty();

@@ -87,6 +87,8 @@ impl LooksPanel {
         }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
+            // The bar to scroll by covers no button.
+            ui.set_max_width(ui.available_width() - GAP);
             let looks = context.looks;
             if Shelf::ALL.iter().all(|&shelf| looks.looks(shelf).is_empty()) {
                 ui.add_space(GAP);
