@@ -158,8 +158,10 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     let before = bytes(first[0]);
     until_said(&mut window, "2 files with this name already exist");
     window.get_by_label_contains("mouse_2.0000.png");
-    window.key_press(Key::E);
-    window.run_steps(2);
+    // Another light.
+    window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
+    window.run_steps(4);
+    until_shown(&mut window);
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 2);
     assert_eq!(window.state().exports()[1].name, "mouse_2.%04d.png");

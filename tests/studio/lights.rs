@@ -15,6 +15,7 @@ fn groups(window: &Window) -> &[LightGroup] {
 }
 
 fn add(window: &mut Window) {
+    super::scroll_to(window, "Add light");
     window.get_by_label("Add light").click();
     window.run_steps(4);
     until_shown(window);

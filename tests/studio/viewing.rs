@@ -103,10 +103,12 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
                 modifiers: Modifiers::NONE,
             });
         }
-        window.run_steps(8);
+        // Long enough that the next click is the first of two.
+        window.run_steps(50);
     }
     until_shown(&mut window);
-    assert!(window.state().state().viewing.is_neutral());
+    let viewing = window.state().state().viewing;
+    assert!(viewing.is_neutral(), "{viewing:?}");
     assert_eq!(picture(&window), plain);
 
     window.get_by_role_and_label(Role::ComboBox, "View").click();

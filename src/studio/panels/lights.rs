@@ -253,12 +253,13 @@ fn line_ui(ui: &mut Ui, index: usize, is_chosen: bool, edit: &mut Edit) {
             if remove_ui(ui, &format!("Remove light {}", index + 1)) {
                 edit.removed = Some(index);
             }
-            let before = light.color;
-            let swatch = ui.color_edit_button_rgb(&mut light.color);
+            // The button rounds the colour that it shows.
+            let mut color = light.color;
+            let swatch = ui.color_edit_button_rgb(&mut color);
             let name = format!("Colour of {title}");
             swatch.widget_info(|| WidgetInfo::labeled(Role::ColorWell, true, &name));
-            if light.color != before {
-                light.temperature_k = None;
+            if swatch.changed() {
+                (light.color, light.temperature_k) = (color, None);
             }
         });
     });

@@ -166,7 +166,7 @@ impl ViewportPanel {
                 let bar = Rect::from_min_size(rect.min, vec2(rect.width(), height));
                 toolbar::toolbar_ui(ui, bar, context, out);
                 rect.min.y = bar.bottom();
-                let below = rect.with_min_y(rect.bottom() - readout::height(context.state));
+                let below = rect.with_min_y(rect.bottom() - readout::HEIGHT);
                 rect.max.y = below.top();
                 let aims = context.state.aims;
                 let wiped = shown.wiped(rect, context);

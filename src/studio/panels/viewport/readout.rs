@@ -6,7 +6,6 @@ use crate::comparison::{CompareMode, CompareSettings};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::region::{Region, mean};
-use crate::state::State;
 use crate::theme::{self, GAP};
 use compositor::{CLIPPED, LEGEND, viewed_code};
 use egui::text::LayoutJob;
@@ -26,13 +25,8 @@ pub const REGION_HINT: &str = "Ctrl+Shift+drag over the picture reads the mean o
 const LINE: f32 = 17.0;
 const BUTTONS: f32 = 150.0;
 
-/// The strip's height in points: a line for each of the compared pictures.
-pub fn height(state: &State) -> f32 {
-    match state.compare.on {
-        true => 2.0 * LINE + 7.0,
-        false => LINE + 9.0,
-    }
-}
+/// The strip's height in points: what is shown, and below what is read of it.
+pub const HEIGHT: f32 = 2.0 * LINE + 7.0;
 
 /// What a pixel of one of the two pictures is, or the mean of several.
 #[derive(Clone, Debug, PartialEq)]
@@ -156,8 +150,6 @@ pub fn strip_ui(
 ) {
     ui.painter().rect_filled(rect, 0.0, theme::WELL);
     let buttons = Rect::from_min_max(rect.right_top() - vec2(BUTTONS, 0.0), rect.max);
-    buttons_ui(ui, buttons, context, out);
-    let rect = rect.with_max_x(buttons.left());
     let state = context.state;
     let light = match state.solo.first() {
         Some(&lamp) => format!("{} alone", context.lamps_named(lamp)),
@@ -166,30 +158,24 @@ pub fn strip_ui(
         }
         None => relit.environment.clone(),
     };
-    let mut job = LayoutJob::default();
-    let mut add = |text: &str, color| {
-        let font_id = FontId::monospace(12.0);
-        job.append(
-            text,
-            0.0,
-            TextFormat {
-                font_id,
-                color,
-                ..TextFormat::default()
-            },
-        );
+    let mut lines = [LayoutJob::default(), LayoutJob::default()];
+    let mut add = |line: usize, text: &str, color| {
+        let format = TextFormat {
+            font_id: FontId::monospace(12.0),
+            color,
+            ..TextFormat::default()
+        };
+        lines[line].append(text, 0.0, format);
     };
-    add(
-        &format!("frame {}   {light}", relit.scene.frame),
-        theme::QUIET,
-    );
+    let frame = relit.scene.frame;
+    add(0, &format!("frame {frame}   {light}"), theme::QUIET);
     let gain = state.gain;
     let differs = state.compare.on && state.compare.mode == CompareMode::Difference;
     if differs {
-        add(&format!("   difference × {gain}"), theme::QUIET);
+        add(0, &format!("   difference × {gain}"), theme::QUIET);
     }
     if let Some(words) = viewing::words(relit.scene.viewing) {
-        add(&format!("   {words}"), theme::VIEWING);
+        add(0, &format!("   {words}"), theme::VIEWING);
     }
     let pixel;
     let found = match (state.region, state.probed) {
@@ -205,32 +191,33 @@ pub fn strip_ui(
         (None, None) => None,
     };
     if let Some((place, found)) = found {
-        add(&place, theme::QUIET);
+        add(0, &place, theme::QUIET);
         let two = found.len() > 1;
         for (place, reading) in found.iter().enumerate() {
             let color = match two && (place == 1) != second {
                 true => theme::QUIET,
                 false => theme::TEXT,
             };
-            let name = match (two, place) {
-                (false, _) => "   ".to_owned(),
-                (true, 0) => format!("   A {}  ", reading.name),
-                (true, _) => format!("\nB {}  ", reading.name),
-            };
-            add(&name, theme::QUIET);
-            add(&reading.text(), color);
+            if two {
+                let space = if place == 1 { "   " } else { "" };
+                let name = format!("{space}{} {}  ", ["A", "B"][place], reading.name);
+                add(1, &name, theme::QUIET);
+            }
+            add(1, &reading.text(), color);
         }
     }
-    job.wrap.max_width = rect.width() - 2.0 * GAP;
-    job.wrap.max_rows = 2;
-    job.wrap.break_anywhere = true;
-    let text = job.text.clone();
-    let galley = ui.painter().layout_job(job);
-    let at =
-        Align2::LEFT_CENTER.align_size_within_rect(galley.size(), rect.shrink2(vec2(GAP, 0.0)));
-    ui.painter().galley(at.min, galley, theme::QUIET);
+    let text = lines.each_ref().map(|line| &*line.text).join("   ");
+    let rights = [buttons.left(), rect.right() - GAP];
+    for ((line, mut job), right) in lines.into_iter().enumerate().zip(rights) {
+        let at = rect.min + vec2(GAP, 3.0 + LINE * line as f32);
+        job.wrap.max_width = right - at.x;
+        job.wrap.max_rows = 1;
+        job.wrap.break_anywhere = true;
+        let galley = ui.painter().layout_job(job);
+        ui.painter().galley(at, galley, theme::QUIET);
+    }
     let response = ui.interact(rect, ui.scope_id().with("readout"), Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, text.trim_end()));
     let mut hint = "The pixel under the cursor: 8-bit codes as they are shown, then scene-linear light. A and B are the \
                     two pictures that are compared. Codes include how the picture is looked at, light does not. "
         .to_owned()
@@ -239,6 +226,8 @@ pub fn strip_ui(
         hint += &format!(". The difference is shown × {gain}");
     }
     response.on_hover_text(hint);
+    // Over what is read.
+    buttons_ui(ui, buttons, context, out);
 }
 
 /// Loop, zoom and what fits the picture, at the right end of the strip.
@@ -250,7 +239,7 @@ fn buttons_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Com
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
             ui.spacing_mut().button_padding = vec2(6.0, 1.0);
-            ui.spacing_mut().interact_size.y = 20.0;
+            ui.spacing_mut().interact_size.y = 19.0;
             let hint = "One pixel of the picture on one pixel of the screen. Key: 1";
             if ui.small_button("1:1").on_hover_text(hint).clicked() {
                 out.push(Command::Window(WindowCommand::ActualSize));

@@ -37,7 +37,7 @@ pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -
         let stops = computing(&mut changed.exposure_stops)
             .speed(0.02)
             .range(EXPOSURE_STOPS)
-            .custom_formatter(|stops, _| format!("{stops:+.1}"));
+            .fixed_decimals(1);
         let hint = "Brighter or darker by stops, for looking only. Keys: E and Shift+E. Double-click or Ctrl+R resets.";
         let is_set = viewing.exposure_stops != 0.0;
         if number_ui(ui, "Exp", stops, is_set, hint) {
