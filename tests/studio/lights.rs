@@ -207,7 +207,7 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
     super::until_labelled(&mut window, "Light 1 on the picture");
     until(&mut window, "rest", |app| !app.state().is_dragged());
     let before = lights(&window).len();
-    pull(&mut window, "Light 1 on the picture", vec2(150.0, 0.0));
+    pull(&mut window, "Light 1 on the picture", vec2(210.0, 0.0));
     until(&mut window, "light from the right", |app| {
         app.state().look.lighting.placed[0].direction().x > 0.3
     });
