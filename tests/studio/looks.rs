@@ -55,9 +55,26 @@ fn choose(window: &mut Window, look: &str, entry: &str) {
     });
 }
 
+/// Makes the look half a stop brighter.
+fn brighten(window: &mut Window) {
+    let field = |window: &Window, act: fn(&egui_kittest::Node)| {
+        act(&window.get_by_role_and_label(egui::accesskit::Role::SpinButton, "Exposure"));
+    };
+    field(window, |field| field.scroll_to_me());
+    window.run_steps(4);
+    field(window, |field| field.click());
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(2);
+    window.event(Event::Text("+0.5".to_owned()));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+}
+
 /// Changes environment, yaw and exposure.
 fn relight(window: &mut Window) {
-    window.key_press(Key::E);
+    brighten(window);
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     window.run_steps(2);
     super::drag(
@@ -234,7 +251,7 @@ fn a_look_that_is_kept_for_all_projects_brings_its_environment_or_says_that_it_i
     let mut window = window_of_a_person(&settings, one);
     super::drop_onto(&mut window, yard.clone());
     until_shown(&mut window);
-    window.key_press(Key::E);
+    brighten(&mut window);
     until_shown(&mut window);
     let stored = picture(&window);
     open_looks(&mut window);
