@@ -1,6 +1,7 @@
 //! Numbers that are dragged, typed or computed, and the bar behind a number that has a range.
 
 use egui::{Color32, CornerRadius, DragValue, Rect, Response, Shape, Ui};
+use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
 /// A field for a number that also computes: "+10" adds to it, "/2" halves it, "90-12" is 78.
@@ -9,7 +10,25 @@ pub fn computing(value: &mut f32) -> DragValue<'_> {
     DragValue::new(value)
         // "/2" would halve at every frame otherwise.
         .update_while_editing(false)
-        .custom_parser(move |text| computed(text, now))
+        .custom_parser(move |text| computed_once(text, now))
+}
+
+thread_local! {
+    /// What was computed last: from which text, and the number that it gave.
+    static COMPUTED: RefCell<Option<(String, f32)>> = const { RefCell::new(None) };
+}
+
+/// As [`computed`]. The field parses its text once more in the frame after it was left: what was added then is not added again.
+fn computed_once(text: &str, now: f64) -> Option<f64> {
+    COMPUTED.with_borrow_mut(|last| {
+        let is_again = |(of, gave): (String, f32)| of == text && gave == now as f32;
+        if last.take().is_some_and(is_again) {
+            return Some(now);
+        }
+        let found = computed(text, now);
+        *last = found.map(|found| (text.to_owned(), found as f32));
+        found
+    })
 }
 
 /// The number that a text stands for where the number is `now`; None if it stands for none.
@@ -87,6 +106,17 @@ pub fn over_bar(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_parsed_again_is_not_added_again() {
+        assert_eq!(computed_once("+10", 40.0), Some(50.0));
+        assert_eq!(computed_once("+10", 50.0), Some(50.0));
+        // Typed once more.
+        assert_eq!(computed_once("+10", 50.0), Some(60.0));
+        // The value was changed by something else meanwhile.
+        assert_eq!(computed_once("+10", 5.0), Some(15.0));
+        assert_eq!(computed_once("/2", 15.0), Some(7.5));
+    }
 
     #[test]
     fn a_number_is_typed_changed_and_computed() {
