@@ -92,11 +92,11 @@ pub fn viewed(linear: &Image, scene: &Scene) -> Encoded {
 /// One pixel's codes as a scene is looked at.
 pub fn viewed_code(pixel: [f32; 3], scene: &Scene) -> [f32; 3] {
     let [factor, power] = scene.viewing.factor_and_power();
-    let seen = pixel.map(|v| match power {
-        1.0 => factor * v,
-        // Negative light and NaN are black.
-        _ => (factor * v).max(0.0).powf(power),
-    });
+    let seen = light(pixel.map(|v| factor * v));
+    let seen = match power {
+        1.0 => seen,
+        _ => seen.map(|v| v.powf(power)),
+    };
     code(seen, scene.view())
 }
 
