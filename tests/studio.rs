@@ -789,6 +789,12 @@ fn vulkan_adapter() -> bool {
     !pollster::block_on(adapters).is_empty()
 }
 
+/// Where nothing can show a file dialog.
+const NO_DIALOGS: [(&str, &str); 2] = [
+    ("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"),
+    ("PATH", "/nonexistent"),
+];
+
 /// Runs the named test of this program once more, alone in a process of its own. True in that process, where the test goes on.
 fn alone(test: &str, variables: &[(&str, &str)]) -> bool {
     const ALONE: &str = "AFTERLIGHT_ALONE";

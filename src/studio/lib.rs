@@ -14,6 +14,7 @@ mod export_options;
 mod favourites;
 mod footage_reader;
 mod four_looks;
+mod history;
 mod icons;
 mod key_selection;
 mod keys;

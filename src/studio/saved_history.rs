@@ -3,6 +3,7 @@
 //! It says which look it belongs to. It is written before that look, so that after a kill it is as new as the look or newer.
 
 use super::environment_list::{self, ListedEnvironment};
+use super::history::History;
 use super::look::LookSettings;
 use super::saved_look::SavedLook;
 use base::error::{Error, Result};
@@ -17,13 +18,6 @@ use std::sync::Arc;
 const MOST_STEPS: usize = 100;
 /// Bytes of the file at most.
 const MOST_BYTES: u64 = 4 << 20;
-
-/// The looks before the present one, and those that were undone; in each, the nearest is last.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct History {
-    pub undo: Vec<LookSettings>,
-    pub redo: Vec<LookSettings>,
-}
 
 /// The contents of the file.
 #[derive(Serialize, Deserialize)]

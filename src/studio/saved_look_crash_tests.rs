@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::environment_list::{ListedEnvironment, Owner};
+use crate::history::History;
 use crate::preferences::Preferences;
-use crate::saved_history::{self, History};
+use crate::saved_history;
 use crate::saver::Saver;
 use project::NamedEnvironment;
 use std::os::unix::fs::FileExt;

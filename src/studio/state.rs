@@ -1,39 +1,26 @@
 //! What the window shows, as plain data, and how commands change it.
 
-use super::command::{AimedLight, Dialog, LookCommand, ViewCommand};
+mod added;
+mod aiming;
+mod shown;
+
+pub use shown::View;
+
+use super::command::{Dialog, LookCommand};
 use super::comparison::{CellPicture, CompareMode, CompareSettings, GAINS};
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
 use super::four_looks::FourLooks;
+use super::history::History;
 use super::layout::{Pane, Workspace};
 use super::look::LookSettings;
 use super::region::Region;
-use super::saved_history::History;
+use added::Added;
+use aiming::Aiming;
 use evaluation::review::Metric;
 use project::Project;
 use scene::{Inspection, Output, Scene, Viewing};
-use std::mem::{Discriminant, discriminant, replace};
-use worker::Origin;
-
-/// Magnifications of the fitted picture.
-const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
-
-/// Where the picture is in the viewport.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
-    /// 1 fits the picture into the viewport.
-    pub zoom: f32,
-    /// Offset of the picture's centre from the viewport's, in points.
-    pub pan: [f32; 2],
-}
-
-impl View {
-    /// The picture fills the viewport.
-    pub(super) const FITTED: Self = Self {
-        zoom: 1.0,
-        pan: [0.0; 2],
-    };
-}
+use std::mem::{Discriminant, discriminant};
 
 /// What can be chosen in a file dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,13 +41,6 @@ pub struct PathEntry {
     pub begun: String,
     /// Why the system shows no dialog, if it does not.
     pub missing: Option<String>,
-}
-
-/// A panorama that was added, and what was shown before.
-#[derive(Clone, Debug, PartialEq)]
-struct Added {
-    origin: Origin,
-    before: Option<Origin>,
 }
 
 /// The window's state.
@@ -99,8 +79,6 @@ pub struct State {
     pub doubts: bool,
     /// A press on the picture places a light.
     pub aims: bool,
-    /// The light placed by hand that was chosen last, by its index; see [`Self::chosen_light`].
-    light: Option<usize>,
     /// Number of the rig's lamps, once it is known.
     pub lamps: usize,
     /// Lamps of the shoot that the network is trained with.
@@ -143,17 +121,10 @@ pub struct State {
     pub closing: Vec<String>,
     /// Panoramas that were added since the window was opened.
     added: Vec<Added>,
-    undo: Vec<LookSettings>,
-    redo: Vec<LookSettings>,
+    history: History,
     /// The kind of change that a drag makes: all of it is undone at once.
     dragging: Option<Discriminant<LookCommand>>,
-    /// How often a press began to place a light, and for which of them a light was placed.
-    aim_drag: u64,
-    placed_for: u64,
-    /// The light that this press moves, by its index; None if it places another.
-    aim_moves: Option<usize>,
-    /// The light that the newest step of undo has placed, and its index.
-    aimed: Option<(AimedLight, usize)>,
+    aiming: Aiming,
 }
 
 impl State {
@@ -177,7 +148,6 @@ impl State {
             search: String::new(),
             doubts: false,
             aims: false,
-            light: None,
             solo: Vec::new(),
             lamps: 0,
             shoot_lamps: 0,
@@ -202,13 +172,9 @@ impl State {
             path: None,
             closing: Vec::new(),
             added: Vec::new(),
-            undo: Vec::new(),
-            redo: Vec::new(),
+            history: History::default(),
             dragging: None,
-            aim_drag: 0,
-            placed_for: 0,
-            aim_moves: None,
-            aimed: None,
+            aiming: Aiming::default(),
         }
     }
 
@@ -249,55 +215,21 @@ impl State {
     }
 
     pub fn can_undo(&self) -> bool {
-        !self.undo.is_empty()
+        !self.history.undo.is_empty()
     }
 
     pub fn can_redo(&self) -> bool {
-        !self.redo.is_empty()
+        !self.history.redo.is_empty()
     }
 
     /// The looks that can be undone and redone, the nearest last.
     pub(crate) fn history(&self) -> [&[LookSettings]; 2] {
-        [&self.undo, &self.redo]
+        [&self.history.undo, &self.history.redo]
     }
 
     /// Takes over the steps of a session before.
     pub(crate) fn remember(&mut self, history: History) {
-        (self.undo, self.redo) = (history.undo, history.redo);
-    }
-
-    /// The light placed by hand that was chosen last, by its index, if it is still there.
-    pub fn chosen_light(&self) -> Option<usize> {
-        let lights = self.look.lighting.placed.len();
-        self.light.filter(|&light| light < lights)
-    }
-
-    /// Whether lights placed by hand have handles on the picture: all of them while lights are placed by the face, else the
-    /// one that was chosen last.
-    pub fn shows_handles(&self) -> bool {
-        self.chosen_light().is_some() || self.aims && !self.look.lighting.placed.is_empty()
-    }
-
-    /// Begins to move the light of this index, or to place another.
-    pub fn begin_aim(&mut self, moves: Option<usize>) {
-        self.aim_drag += 1;
-        self.aim_moves = moves;
-    }
-
-    /// Number of the drag that places a light.
-    pub fn aim_drag(&self) -> u64 {
-        self.aim_drag
-    }
-
-    /// Where on the picture of a frame the light falls that was placed last, if nothing was changed since.
-    pub fn aimed_at(&self, frame: usize) -> Option<[usize; 2]> {
-        let (aimed, _) = self.aimed.as_ref()?;
-        (aimed.frame == frame).then_some(aimed.pixel)
-    }
-
-    /// The light that was placed or moved last on the picture, by its index, if nothing was changed since.
-    pub fn aimed_light(&self) -> Option<usize> {
-        self.aimed.as_ref().map(|(_, index)| *index)
+        self.history = history;
     }
 
     /// Whether a setting is being dragged.
@@ -374,238 +306,27 @@ impl State {
         look.follow(self.frame);
         if look != self.look {
             if self.dragging != Some(kind) {
-                self.undo.push(self.look.clone());
+                self.history.push(self.look.clone());
                 self.dragging = Some(kind);
             }
-            self.redo.clear();
             self.look = look;
-            self.aimed = None;
+            self.aiming.end();
         }
-    }
-
-    /// Places a light, or moves the one that the same drag has placed. What was asked for before something else was changed or
-    /// undone comes too late.
-    fn aim(&mut self, aimed: AimedLight) {
-        let same = self.aimed.filter(|(last, _)| last.drag == aimed.drag);
-        let index = match same {
-            Some((_, index)) => index,
-            None if aimed.drag <= self.placed_for => return,
-            None => {
-                self.undo.push(self.look.clone());
-                let lighting = &mut self.look.lighting;
-                let known = self
-                    .aim_moves
-                    .filter(|&light| light < lighting.placed.len());
-                known.unwrap_or_else(|| {
-                    lighting.placed.push(lighting.another_light());
-                    lighting.placed.len() - 1
-                })
-            }
-        };
-        let before = self.look.clone();
-        if let Some(light) = self.look.lighting.placed.get_mut(index) {
-            *light = light.clone().towards(aimed.direction);
-        }
-        self.look.set_keys(&before, self.frame);
-        self.look.follow(self.frame);
-        self.redo.clear();
-        self.placed_for = aimed.drag;
-        self.aimed = Some((aimed, index));
-        self.light = Some(index);
-        self.dragging = Some(discriminant(&LookCommand::Aim(aimed)));
-    }
-
-    /// Takes a panorama out of the list that was added since the window was opened and cannot be read, and shows the one that
-    /// was shown before. Returns whether it was such a one.
-    pub fn withdraw(&mut self, origin: &Origin) -> bool {
-        let Some(added) = self.added.iter().position(|added| added.origin == *origin) else {
-            return false;
-        };
-        let before = self.added.remove(added).before;
-        let lists = self.undo.iter_mut().chain(&mut self.redo);
-        for look in lists.chain([&mut self.look]) {
-            let place = |look: &LookSettings, of: &Origin| {
-                let mut list = look.environments.iter();
-                list.position(|listed| listed.origin == *of)
-            };
-            if let Some(at) = place(look, origin) {
-                let is_shown = look.environment == at;
-                look.remove(at);
-                if let Some(before) = before.as_ref().filter(|_| is_shown) {
-                    look.environment = place(look, before).unwrap_or(look.environment);
-                }
-            }
-        }
-        // Nothing is left to undo of the addition.
-        while self.undo.last() == Some(&self.look) {
-            self.undo.pop();
-        }
-        true
-    }
-
-    /// Changes what is shown.
-    ///
-    /// What asks for another frame or lamp ends [`Self::cell`].
-    pub fn show(&mut self, command: ViewCommand) {
-        use ViewCommand::{Frame, LastFrame, Solo, SoloAlso, StepFrame, StepSolo, TogglePlay};
-        if matches!(
-            command,
-            Frame(_) | StepFrame(_) | LastFrame | TogglePlay | Solo(_) | SoloAlso(_) | StepSolo(_)
-        ) {
-            self.cell = None;
-        }
-        match command {
-            ViewCommand::Cell(cell) => {
-                self.cell = cell;
-                match cell {
-                    Some(_) => self.chosen = cell,
-                    None => self.enlarged = None,
-                }
-            }
-            ViewCommand::Enlarge(picture) => self.enlarged = picture,
-            ViewCommand::FlipCell => self.enlarged = Some(CellPicture::flipped(self.enlarged)),
-            ViewCommand::Metric(metric) => self.metric = metric,
-            ViewCommand::Gain(gain) if GAINS.contains(&gain) => self.gain = gain,
-            ViewCommand::Gain(_) => {}
-            ViewCommand::Photograph(lamp) => self.photograph = lamp,
-            ViewCommand::StepPhotograph(step) => {
-                self.photograph = next(self.photograph, step, self.photographed_lamps);
-            }
-            ViewCommand::TrainedLamp(lamp) => self.trained_lamp = lamp,
-            ViewCommand::StepTrainedLamp(step) => {
-                let lamps = self.shoot_lamps.max(1) as isize;
-                self.trained_lamp = (self.trained_lamp as isize + step).rem_euclid(lamps) as usize;
-            }
-            ViewCommand::Pose(pose) => self.pose = pose,
-            ViewCommand::Wipe(at) => self.wipe_at(at),
-            ViewCommand::StepWipe => {
-                self.wipe = match self.wipe {
-                    at if at <= 0.0 => 0.5,
-                    at if at >= 1.0 => 0.0,
-                    _ => 1.0,
-                }
-            }
-            ViewCommand::Compare(compare) => self.compare = compare,
-            ViewCommand::ToggleWipe => self.compare.toggle_wipe(),
-            ViewCommand::ToggleDoubts => self.doubts = !self.doubts,
-            ViewCommand::ToggleSecond => self.compare.toggle_second(),
-            ViewCommand::Solo(lamp) => self.solo = lamp.into_iter().collect(),
-            ViewCommand::SoloAlso(lamp) => match self.solo.binary_search(&lamp) {
-                Ok(place) => drop(self.solo.remove(place)),
-                Err(place) => self.solo.insert(place, lamp),
-            },
-            ViewCommand::StepSolo(step) => {
-                let lamp = next(self.solo.first().copied(), step, self.lamps);
-                self.solo = lamp.into_iter().collect();
-            }
-            ViewCommand::ChooseLight(light) => self.light = light,
-            ViewCommand::Viewing(viewing) => self.viewing = viewing.bounded(),
-            ViewCommand::StepViewing(stops) => {
-                self.viewing.exposure_stops += stops;
-                self.viewing = self.viewing.bounded();
-            }
-            ViewCommand::Inspect(inspection) => {
-                self.inspection = match self.inspection == inspection {
-                    true => Inspection::Picture,
-                    false => inspection,
-                };
-            }
-            ViewCommand::ResetView => {
-                self.view = View::FITTED;
-                (self.viewing, self.inspection) = (Viewing::default(), Inspection::Picture);
-            }
-            ViewCommand::Pixel(pixel) => self.probed = pixel,
-            ViewCommand::Region(region) => self.region = region,
-            ViewCommand::Footage(view) => self.footage = view,
-            ViewCommand::Frame(frame) => self.go(frame),
-            ViewCommand::StepFrame(step) => self.go(self.frame.saturating_add_signed(step)),
-            ViewCommand::LastFrame => self.go(usize::MAX),
-            ViewCommand::TogglePlay => {
-                let (first, last) = self.export_options.range(self.frames);
-                self.playing = !self.playing && self.frames > 1;
-                if self.playing && !self.loops && self.frame >= last {
-                    self.frame = first;
-                    self.look.follow(first);
-                }
-            }
-            ViewCommand::ToggleLoop => self.loops = !self.loops,
-            ViewCommand::MarkIn => {
-                let (_, end) = self.export_options.range(self.frames);
-                self.export_options.frames = Some((self.frame, end.max(self.frame)));
-            }
-            ViewCommand::MarkOut => {
-                let (start, _) = self.export_options.range(self.frames);
-                self.export_options.frames = Some((start.min(self.frame), self.frame));
-            }
-            ViewCommand::Zoom { factor, about } => self.zoom(factor, about),
-            ViewCommand::Pan([x, y]) => {
-                self.view.pan = [self.view.pan[0] + x, self.view.pan[1] + y];
-            }
-            ViewCommand::Fit => self.view = View::FITTED,
-        }
-    }
-
-    /// Goes on to the next frame, around the end of the range between in and out, or stops there.
-    pub fn advance(&mut self) {
-        let (first, last) = self.export_options.range(self.frames);
-        let within = (first..last).contains(&self.frame);
-        if self.frame == last && !self.loops {
-            self.playing = false;
-            return;
-        }
-        self.frame = if within { self.frame + 1 } else { first };
-        self.look.follow(self.frame);
-    }
-
-    fn go(&mut self, frame: usize) {
-        self.playing = false;
-        self.frame = frame.min(self.frames.saturating_sub(1));
-        self.look.follow(self.frame);
     }
 
     fn travel(&mut self, back: bool) {
-        let (from, to) = if back {
-            (&mut self.undo, &mut self.redo)
-        } else {
-            (&mut self.redo, &mut self.undo)
-        };
-        if let Some(look) = from.pop() {
-            to.push(replace(&mut self.look, look));
+        if self.history.travel(back, &mut self.look) {
             // It may have been left at another frame.
             self.look.follow(self.frame);
         }
-        self.aimed = None;
+        self.aiming.end();
         self.dragging = None;
     }
-
-    fn wipe_at(&mut self, at: f32) {
-        if at.is_finite() {
-            self.wipe = at.clamp(0.0, 1.0);
-        }
-    }
-
-    /// What is under `about` stays there.
-    fn zoom(&mut self, factor: f32, about: [f32; 2]) {
-        let zoom = (self.view.zoom * factor).clamp(*ZOOM.start(), *ZOOM.end());
-        let grown = zoom / self.view.zoom;
-        if zoom.is_finite() {
-            for (pan, about) in self.view.pan.iter_mut().zip(about) {
-                *pan = about + (*pan - about) * grown;
-            }
-            self.view.zoom = zoom;
-        }
-    }
-}
-
-/// The lamp `step` places after `lamp`, around the end of `count` lamps; None, the environment or the interview's
-/// light, comes before the first.
-fn next(lamp: Option<usize>, step: isize, count: usize) -> Option<usize> {
-    let place = lamp.map_or(0, |lamp| lamp + 1) as isize + step;
-    (place.rem_euclid(count as isize + 1) as usize).checked_sub(1)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::command::ViewCommand;
     use super::super::environment_list::{ListedEnvironment, Owner};
     use super::*;
     use light::built_in::{self, BuiltIn};
@@ -613,7 +334,7 @@ mod tests {
     use std::sync::Arc;
     use worker::Origin;
 
-    fn state() -> State {
+    pub(super) fn state() -> State {
         let mut state = State::new(10, 24.0);
         let listed = |own: &'static BuiltIn| ListedEnvironment {
             name: own.title.to_owned(),
@@ -712,257 +433,5 @@ mod tests {
         }
         assert!(!s.can_undo());
         assert_eq!(s.look, state().look);
-    }
-
-    #[test]
-    fn a_cell_s_pictures_are_flipped_and_stay_large_from_cell_to_cell() {
-        let mut s = state();
-        s.show(ViewCommand::Cell(Some((0, 1))));
-        let mut flip = |from| {
-            s.show(ViewCommand::Enlarge(from));
-            s.show(ViewCommand::FlipCell);
-            s.enlarged
-        };
-        assert_eq!(flip(None), Some(CellPicture::Prediction));
-        assert_eq!(
-            flip(Some(CellPicture::Difference)),
-            Some(CellPicture::Prediction)
-        );
-        assert_eq!(
-            flip(Some(CellPicture::Truth)),
-            Some(CellPicture::Prediction)
-        );
-        assert_eq!(
-            flip(Some(CellPicture::Prediction)),
-            Some(CellPicture::Truth)
-        );
-        s.show(ViewCommand::Frame(3));
-        s.show(ViewCommand::Cell(Some((2, 1))));
-        assert_eq!(
-            (s.chosen, s.enlarged),
-            (Some((2, 1)), Some(CellPicture::Truth))
-        );
-        s.show(ViewCommand::Cell(None));
-        assert_eq!((s.chosen, s.enlarged), (Some((2, 1)), None));
-    }
-
-    #[test]
-    fn lamps_are_shown_alone_and_together() {
-        let mut s = state();
-        let lamps = [
-            ViewCommand::Solo(Some(7)),
-            ViewCommand::SoloAlso(2),
-            ViewCommand::SoloAlso(9),
-        ];
-        lamps.into_iter().for_each(|command| s.show(command));
-        assert_eq!(s.solo, [2, 7, 9]);
-        s.show(ViewCommand::SoloAlso(7));
-        assert_eq!(s.solo, [2, 9]);
-        s.show(ViewCommand::Solo(Some(4)));
-        assert_eq!(s.solo, [4]);
-        s.show(ViewCommand::Solo(None));
-        assert!(s.solo.is_empty() && !s.can_undo());
-    }
-
-    fn aimed(drag: u64, direction: glam::Vec3) -> LookCommand {
-        LookCommand::Aim(AimedLight {
-            drag,
-            frame: 3,
-            pixel: [drag as usize, 2],
-            direction,
-        })
-    }
-
-    #[test]
-    fn a_light_follows_its_drag_and_all_of_that_is_undone_at_once() {
-        use glam::Vec3;
-        let mut s = state();
-        s.show(ViewCommand::Solo(Some(4)));
-        s.begin_aim(None);
-        s.change(aimed(1, Vec3::Z));
-        assert!(s.solo.is_empty() && s.is_dragged());
-        s.change(aimed(1, Vec3::X));
-        // The last answer may come after the pointer was released.
-        s.release();
-        s.change(aimed(1, Vec3::NEG_X));
-        s.release();
-        assert_eq!(s.look.lighting.placed.len(), 1);
-        assert_eq!(s.look.lighting.placed[0].yaw_deg, -90.0);
-        assert_eq!(
-            (s.chosen_light(), s.aimed_at(3), s.aimed_at(4)),
-            (Some(0), Some([1, 2]), None)
-        );
-        s.begin_aim(None);
-        s.change(aimed(2, Vec3::Z));
-        assert_eq!(
-            (s.look.lighting.placed.len(), s.chosen_light()),
-            (2, Some(1))
-        );
-        s.change(LookCommand::Undo);
-        assert_eq!((s.look.lighting.placed.len(), s.chosen_light()), (1, None));
-        s.change(LookCommand::Undo);
-        assert_eq!(s.look, state().look);
-        assert!(!s.can_undo());
-    }
-
-    #[test]
-    fn what_a_drag_asked_for_before_it_was_undone_comes_too_late() {
-        use glam::Vec3;
-        let mut s = state();
-        s.begin_aim(None);
-        s.change(aimed(1, Vec3::Z));
-        s.change(LookCommand::Undo);
-        s.change(aimed(1, Vec3::X));
-        assert!(s.look.lighting.placed.is_empty() && s.can_redo());
-        s.begin_aim(None);
-        s.change(aimed(2, Vec3::Z));
-        s.change(LookCommand::Exposure(0.5));
-        s.change(aimed(2, Vec3::X));
-        assert_eq!(
-            s.look.lighting.placed[0].yaw_deg, 180.0,
-            "another change ended the drag"
-        );
-    }
-
-    #[test]
-    fn frames_stop_at_the_ends_and_playing_goes_around() {
-        let mut s = state();
-        s.show(ViewCommand::StepFrame(-1));
-        assert_eq!(s.frame, 0);
-        s.show(ViewCommand::LastFrame);
-        s.show(ViewCommand::StepFrame(1));
-        assert_eq!(s.frame, 9);
-        s.show(ViewCommand::TogglePlay);
-        s.advance();
-        assert_eq!((s.frame, s.playing), (0, true));
-        s.show(ViewCommand::Frame(4));
-        assert_eq!((s.frame, s.playing), (4, false));
-        let mut still = State::new(1, 24.0);
-        still.show(ViewCommand::TogglePlay);
-        assert!(!still.playing, "one frame cannot be played");
-    }
-
-    #[test]
-    fn between_in_and_out_playing_goes_around() {
-        let mut s = state();
-        for command in [
-            ViewCommand::Frame(6),
-            ViewCommand::MarkOut,
-            ViewCommand::Frame(4),
-            ViewCommand::MarkIn,
-            ViewCommand::Frame(8),
-        ] {
-            s.show(command);
-        }
-        let mut shown = Vec::new();
-        for _ in 0..5 {
-            s.advance();
-            shown.push(s.frame);
-        }
-        assert_eq!(shown, [4, 5, 6, 4, 5]);
-    }
-
-    #[test]
-    fn lamps_are_shown_one_after_the_other_and_then_the_environment() {
-        let mut s = state();
-        s.show(ViewCommand::StepSolo(1));
-        assert!(s.solo.is_empty(), "no lamp is known yet");
-        s.lamps = 3;
-        for wanted in [&[0][..], &[1], &[2], &[], &[0]] {
-            s.show(ViewCommand::StepSolo(1));
-            assert_eq!(s.solo, wanted);
-        }
-        s.show(ViewCommand::StepSolo(-1));
-        assert!(s.solo.is_empty());
-    }
-
-    #[test]
-    fn how_a_picture_is_looked_at_is_no_part_of_the_look_and_is_reset_at_once() {
-        let mut s = state();
-        let red = Inspection::Channel(scene::Channel::Red);
-        for wanted in [red, Inspection::Picture, red] {
-            s.show(ViewCommand::Inspect(red));
-            assert_eq!(s.scene().effects.inspection, wanted);
-        }
-        (0..3).for_each(|_| s.show(ViewCommand::StepViewing(0.5)));
-        s.show(ViewCommand::StepViewing(-0.5));
-        assert_eq!(s.scene().viewing.exposure_stops, 1.0);
-        s.show(ViewCommand::Viewing(Viewing {
-            gamma: 99.0,
-            view: Some(scene::ViewTransform::Aces),
-            ..s.viewing
-        }));
-        assert_eq!(s.scene().viewing.gamma, 5.0);
-        assert_eq!(s.scene().view(), scene::ViewTransform::Aces);
-        assert_eq!(s.look, state().look);
-        assert!(!s.can_undo());
-        s.show(ViewCommand::Pan([3.0, 4.0]));
-        s.show(ViewCommand::ResetView);
-        assert_eq!((s.view, s.scene()), (View::FITTED, state().scene()));
-        s.show(ViewCommand::StepViewing(f32::NAN));
-        assert!(s.scene().viewing.is_neutral());
-    }
-
-    #[test]
-    fn without_a_loop_playing_stops_at_the_out_point_and_begins_again_at_the_in_point() {
-        let mut s = state();
-        for command in [
-            ViewCommand::ToggleLoop,
-            ViewCommand::Frame(5),
-            ViewCommand::MarkOut,
-            ViewCommand::Frame(3),
-            ViewCommand::MarkIn,
-            ViewCommand::TogglePlay,
-        ] {
-            s.show(command);
-        }
-        let mut shown = vec![s.frame];
-        while s.playing {
-            s.advance();
-            shown.push(s.frame);
-        }
-        assert_eq!(shown, [3, 4, 5, 5]);
-        s.show(ViewCommand::TogglePlay);
-        assert_eq!((s.frame, s.playing), (3, true));
-    }
-
-    #[test]
-    fn what_is_under_the_cursor_stays_there_as_the_picture_is_zoomed() {
-        let mut s = state();
-        s.show(ViewCommand::Pan([7.0, -3.0]));
-        let about = [120.0, 45.0];
-        let under = |v: &View| [0, 1].map(|i| (about[i] - v.pan[i]) / v.zoom);
-        let before = under(&s.view);
-        s.show(ViewCommand::Zoom { factor: 2.5, about });
-        let after = under(&s.view);
-        assert!(
-            (0..2).all(|i| (before[i] - after[i]).abs() < 1e-3),
-            "{before:?} {after:?}"
-        );
-        s.show(ViewCommand::Zoom { factor: 1e9, about });
-        assert_eq!(s.view.zoom, 64.0);
-        s.show(ViewCommand::Fit);
-        assert_eq!(s.view, View::FITTED);
-    }
-
-    #[test]
-    fn a_handle_on_the_picture_moves_its_own_light() {
-        use glam::Vec3;
-        let mut s = state();
-        s.begin_aim(None);
-        s.change(aimed(1, Vec3::Z));
-        s.begin_aim(None);
-        s.change(aimed(2, Vec3::Z));
-        s.begin_aim(Some(0));
-        s.change(aimed(3, Vec3::X));
-        s.change(aimed(3, Vec3::NEG_X));
-        let yaws: Vec<f32> = s.look.lighting.placed.iter().map(|l| l.yaw_deg).collect();
-        assert_eq!((yaws, s.chosen_light()), (vec![-90.0, 180.0], Some(0)));
-        s.change(LookCommand::Undo);
-        assert_eq!(s.look.lighting.placed[0].yaw_deg, 180.0);
-        // One that is gone is no light to move.
-        s.begin_aim(Some(7));
-        s.change(aimed(4, Vec3::X));
-        assert_eq!(s.look.lighting.placed.len(), 3);
     }
 }

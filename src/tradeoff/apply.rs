@@ -3,7 +3,7 @@
 use super::judge::Against;
 use super::ladder::{Rung, Show};
 use super::ledger::Ledger;
-use super::run::{mark, run_folder, variant};
+use super::network_folders::{mark, run_folder, variant};
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
 use base::progress::Progress;

@@ -11,10 +11,13 @@ mod judge;
 mod ladder;
 mod ledger;
 mod measure;
+mod network_folders;
 mod pace;
+mod report;
 mod run;
 #[cfg(test)]
 mod tests;
+mod together;
 
 pub use apply::{Applied, apply};
 pub use base::machine::Machine;
@@ -24,4 +27,5 @@ pub use judge::Against;
 pub use ladder::{Knob, Network, Rung, Show, TradeoffSettings};
 pub use ledger::{Base, Failure, Ledger, folder};
 pub use measure::{Cost, Measured, Spread};
-pub use run::{TradeoffReport, tradeoff};
+pub use report::TradeoffReport;
+pub use run::tradeoff;

@@ -5,40 +5,23 @@ use super::judge::{Against, Judge, exemplar_size};
 use super::ladder::{BASE, Facts, Knob, Network, Rung, TradeoffSettings, order, rungs};
 use super::ledger::{Failure, Ledger, folder};
 use super::measure::{Cost, Found, Measured, Trained, measure};
+use super::network_folders::{file_name, mark, variant};
 use super::pace::Pace;
+use super::report::TradeoffReport;
+use super::together::together;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use calibration::{CalibrateSettings, Calibration, calibrate, keep_lamps};
+use calibration::Calibration;
 use compositor::Storage;
 use footage::{PictureSize, picture_size};
 use gpu::ComputeDevice;
 use imaging::file::write_png;
 use project::Project;
 use reflectance::{Precision, Predictor, checkpoint};
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use training::features::Lpips;
 use training::{TrainSettings, train};
-
-/// A rung has to gain more than this to be taken into the best, in decibels: seeds differ by as much.
-const GAIN_DB: f64 = 0.1;
-/// A rung may lose less than this to be taken into the fast, in decibels …
-const LOSS_DB: f64 = 0.3;
-/// … if it takes at most this share of the base's time.
-const FASTER: f64 = 0.95;
-
-/// What was measured.
-#[derive(Clone, Debug, Serialize)]
-pub struct TradeoffReport {
-    /// The table for other programs.
-    pub table: PathBuf,
-    pub compared_with: String,
-    pub rungs: Vec<Measured>,
-    /// Whether each of them is on the Pareto front.
-    pub on_front: Vec<bool>,
-    pub failures: Vec<Failure>,
-}
 
 /// Measures a project's rungs, as far as they were not measured before. What is measured is kept at once: a run that was
 /// stopped goes on where it was.
@@ -441,97 +424,6 @@ impl<'a> Climb<'a> {
     }
 }
 
-/// Where a network is trained.
-pub fn run_folder(project: &Project, network: &Network, seed: u64) -> PathBuf {
-    let name = format!("{}-{seed}", file_name(&network.name));
-    folder(project).join("runs").join(name)
-}
-
-/// Where a network's weights after so many minutes are kept.
-pub fn mark(project: &Project, network: &Network, minutes: f64, seed: u64) -> PathBuf {
-    run_folder(project, network, seed).join(format!("at-{minutes:.4}-minutes"))
-}
-
-/// The project at the network's size and with its lamps, and its calibration. `base` is as the first rung found it.
-///
-/// # Errors
-/// When the balls cannot be read, or files not written.
-pub fn variant(
-    base: &Project,
-    project: &Project,
-    network: &Network,
-    seed: u64,
-    progress: &Progress,
-) -> Result<(Project, Calibration)> {
-    let mut variant = base.variant(run_folder(project, network, seed));
-    variant.settings.size = network.size;
-    variant.settings.seed = seed;
-    let has_fewer = network.lamps < base.settings.shoot.lamps.len();
-    if has_fewer {
-        keep_lamps(&mut variant, network.lamps, progress)?;
-    }
-    if !variant.calibration_path().exists() {
-        let found = if has_fewer {
-            calibrate(&mut variant, &CalibrateSettings::default(), progress)?
-        } else {
-            Calibration::load(base)?
-        };
-        found.save(&variant)?;
-    }
-    let calibration = Calibration::load(&variant)?;
-    Ok((variant, calibration))
-}
-
-/// What would pay together: what gains, and what is faster without losing much. Only what changes two knobs or more is
-/// new.
-fn together(measured: &[&Measured]) -> Vec<Rung> {
-    let Some(base) = measured.iter().find(|m| m.rung.name == BASE) else {
-        return Vec::new();
-    };
-    let of_knob = |knob: Knob| measured.iter().filter(move |m| m.rung.knob == Some(knob));
-    let knobs = [
-        Knob::Size,
-        Knob::Width,
-        Knob::Depth,
-        Knob::LampsPerStep,
-        Knob::Features,
-        Knob::Field,
-        Knob::Weights,
-        Knob::Environment,
-    ];
-    let gain = |m: &Measured| m.fidelity.psnr_db - base.fidelity.psnr_db;
-    let best = knobs.map(|knob| {
-        let gaining = of_knob(knob).filter(|m| gain(m) > GAIN_DB);
-        gaining.max_by(|a, b| gain(a).total_cmp(&gain(b)))
-    });
-    let is_cheap =
-        |m: &&&Measured| gain(m) > -LOSS_DB && m.frame.median <= FASTER * base.frame.median;
-    let fast = knobs.map(|knob| {
-        let cheap = of_knob(knob).filter(is_cheap);
-        cheap.min_by(|a, b| a.frame.median.total_cmp(&b.frame.median))
-    });
-    let mut made = Vec::new();
-    for (name, chosen) in [("together=best", best), ("together=fast", fast)] {
-        let chosen: Vec<_> = chosen.into_iter().flatten().collect();
-        if chosen.len() < 2 {
-            continue;
-        }
-        let all = chosen
-            .iter()
-            .fold(base.rung.clone(), |rung, m| rung.and(&m.rung, &base.rung));
-        let mut rung = Rung {
-            name: name.to_owned(),
-            knob: Some(Knob::Together),
-            ..all
-        };
-        if rung.network != base.rung.network {
-            rung.network.name = name.to_owned();
-        }
-        made.push(rung);
-    }
-    made
-}
-
 /// The precisions that differ on the device.
 fn precisions(compute: &ComputeDevice) -> Vec<Precision> {
     if reflectance::predictor::predicts_in_half(&compute.device) {
@@ -543,14 +435,6 @@ fn precisions(compute: &ComputeDevice) -> Vec<Precision> {
     }
 }
 
-/// A rung's name as that of a file.
-fn file_name(name: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
-    name.chars()
-        .map(|c| if is_plain(c) { c } else { '-' })
-        .collect()
-}
-
 /// Bytes of a folder's files.
 fn bytes(folder: &Path) -> u64 {
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -558,48 +442,4 @@ fn bytes(folder: &Path) -> u64 {
         .filter_map(|file| file.metadata().ok())
         .map(|data| data.len())
         .sum()
-}
-
-impl TradeoffReport {
-    /// The rungs as a table for people, and what stands out.
-    pub fn sentence(&self) -> String {
-        let mut text = format!("Compared with {}:\n", self.compared_with);
-        text += "  rung                        ms a frame      PSNR, dB   FLIP   trained  front\n";
-        let mut order: Vec<usize> = (0..self.rungs.len()).collect();
-        order.sort_by(|&a, &b| {
-            let ms = |i: usize| self.rungs[i].frame.median;
-            ms(a).total_cmp(&ms(b))
-        });
-        for i in order {
-            let m = &self.rungs[i];
-            text += &format!(
-                "  {:24} {:7.1} ({:.1} to {:.1})   {:6.2}   {:.3}   {:5.1} min  {}\n",
-                format!("{}{}", m.rung.name, seed_words(&self.rungs, m)),
-                m.frame.median,
-                m.frame.low,
-                m.frame.high,
-                m.fidelity.psnr_db,
-                m.fidelity.flip,
-                m.training_seconds / 60.0,
-                if self.on_front[i] { "*" } else { "" }
-            );
-        }
-        for failure in &self.failures {
-            text += &format!("  {} was left out: {}\n", failure.rung, failure.sentence);
-        }
-        text += &format!(
-            "* no other rung is both faster and nearer to the truth. Table: {}",
-            self.table.display()
-        );
-        text
-    }
-}
-
-/// Which seed a rung has, if there are several.
-fn seed_words(all: &[Measured], of: &Measured) -> String {
-    if all.iter().any(|m| m.seed != of.seed) {
-        format!(" (seed {})", of.seed)
-    } else {
-        String::new()
-    }
 }

@@ -1,9 +1,10 @@
 //! What is saved without being asked for: the project's look, and a person's preferences.
 
 use crate::favourites::Favourites;
+use crate::history::History;
 use crate::layout::Layout;
 use crate::preferences::Preferences;
-use crate::saved_history::{self, History};
+use crate::saved_history;
 use crate::saved_look::SavedLook;
 use crate::saver::Saver;
 use crate::state::State;

@@ -82,33 +82,24 @@ impl LightPanel {
 }
 
 const TURNS: [Row<Lighting>; 3] = [
-    Row {
-        name: "Pitch",
-        of: |lighting| &mut lighting.pitch_deg,
-        speed: 0.5,
-        range: -180.0..=180.0,
-        decimals: 1,
-        suffix: "°",
-        hint: "",
-    },
-    Row {
-        name: "Roll",
-        of: |lighting| &mut lighting.roll_deg,
-        speed: 0.5,
-        range: -180.0..=180.0,
-        decimals: 1,
-        suffix: "°",
-        hint: "",
-    },
-    Row {
-        name: "Background yaw",
-        of: |lighting| &mut lighting.background_yaw_deg,
-        speed: 0.5,
-        range: -180.0..=180.0,
-        decimals: 1,
-        suffix: "°",
-        hint: "",
-    },
+    Row::degrees(
+        "Pitch",
+        |lighting| &mut lighting.pitch_deg,
+        -180.0..=180.0,
+        "",
+    ),
+    Row::degrees(
+        "Roll",
+        |lighting| &mut lighting.roll_deg,
+        -180.0..=180.0,
+        "",
+    ),
+    Row::degrees(
+        "Background yaw",
+        |lighting| &mut lighting.background_yaw_deg,
+        -180.0..=180.0,
+        "",
+    ),
 ];
 
 const GRADES: [Row<Lighting>; 3] = [

@@ -21,24 +21,18 @@ const MOST_LETTERS: usize = 40;
 const BEHIND_NAME: f32 = 92.0;
 
 const ROWS: [Row<PlacedLight>; 3] = [
-    Row {
-        name: "Azimuth",
-        of: |light| &mut light.yaw_deg,
-        speed: 0.5,
-        range: -180.0..=180.0,
-        decimals: 1,
-        suffix: "°",
-        hint: "0 is behind the subject, −90 camera left, 180 at the camera",
-    },
-    Row {
-        name: "Elevation",
-        of: |light| &mut light.pitch_deg,
-        speed: 0.5,
-        range: -90.0..=90.0,
-        decimals: 1,
-        suffix: "°",
-        hint: "Above the horizon",
-    },
+    Row::degrees(
+        "Azimuth",
+        |light| &mut light.yaw_deg,
+        -180.0..=180.0,
+        "0 is behind the subject, −90 camera left, 180 at the camera",
+    ),
+    Row::degrees(
+        "Elevation",
+        |light| &mut light.pitch_deg,
+        -90.0..=90.0,
+        "Above the horizon",
+    ),
     Row {
         name: "Radius",
         of: |light| &mut light.radius_deg,

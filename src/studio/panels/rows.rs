@@ -47,6 +47,26 @@ pub struct Row<T> {
     pub hint: &'static str,
 }
 
+impl<T> Row<T> {
+    /// An angle in degrees.
+    pub const fn degrees(
+        name: &'static str,
+        of: fn(&mut T) -> &mut f32,
+        range: RangeInclusive<f32>,
+        hint: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            of,
+            range,
+            speed: 0.5,
+            decimals: 1,
+            suffix: "°",
+            hint,
+        }
+    }
+}
+
 impl<T: Clone + Default + PartialEq> Row<T> {
     /// Draws the row and returns the field's response. A change becomes a command with all settings; a
     /// double-click restores the default.

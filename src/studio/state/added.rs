@@ -1,0 +1,42 @@
+//! Panoramas that were added since the window was opened.
+
+use super::State;
+use crate::look::LookSettings;
+use worker::Origin;
+
+/// A panorama that was added, and what was shown before.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Added {
+    pub origin: Origin,
+    pub before: Option<Origin>,
+}
+
+impl State {
+    /// Takes a panorama out of the list that was added since the window was opened and cannot be read, and shows the one that
+    /// was shown before. Returns whether it was such a one.
+    pub fn withdraw(&mut self, origin: &Origin) -> bool {
+        let Some(added) = self.added.iter().position(|added| added.origin == *origin) else {
+            return false;
+        };
+        let before = self.added.remove(added).before;
+        let lists = self.history.undo.iter_mut().chain(&mut self.history.redo);
+        for look in lists.chain([&mut self.look]) {
+            let place = |look: &LookSettings, of: &Origin| {
+                let mut list = look.environments.iter();
+                list.position(|listed| listed.origin == *of)
+            };
+            if let Some(at) = place(look, origin) {
+                let is_shown = look.environment == at;
+                look.remove(at);
+                if let Some(before) = before.as_ref().filter(|_| is_shown) {
+                    look.environment = place(look, before).unwrap_or(look.environment);
+                }
+            }
+        }
+        // Nothing is left to undo of the addition.
+        while self.history.undo.last() == Some(&self.look) {
+            self.history.undo.pop();
+        }
+        true
+    }
+}

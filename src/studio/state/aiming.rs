@@ -1,0 +1,184 @@
+//! Lights that are placed and moved on the picture.
+
+use super::State;
+use crate::command::{AimedLight, LookCommand};
+use std::mem::discriminant;
+
+/// The lights that are placed on the picture, and how the window came to them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Aiming {
+    /// The light that was chosen last, by its index; see [`State::chosen_light`].
+    pub chosen: Option<usize>,
+    /// How often a press began to place a light …
+    drag: u64,
+    /// … and for which of them a light was placed.
+    placed_for: u64,
+    /// The light that this press moves, by its index; None if it places another.
+    moves: Option<usize>,
+    /// The light that the newest step of undo has placed, and its index.
+    newest: Option<(AimedLight, usize)>,
+}
+
+impl Aiming {
+    /// Something else was changed.
+    pub fn end(&mut self) {
+        self.newest = None;
+    }
+}
+
+impl State {
+    /// The light placed by hand that was chosen last, by its index, if it is still there.
+    pub fn chosen_light(&self) -> Option<usize> {
+        let lights = self.look.lighting.placed.len();
+        self.aiming.chosen.filter(|&light| light < lights)
+    }
+
+    /// Whether lights placed by hand have handles on the picture: all of them while lights are placed by the face, else the
+    /// one that was chosen last.
+    pub fn shows_handles(&self) -> bool {
+        self.chosen_light().is_some() || self.aims && !self.look.lighting.placed.is_empty()
+    }
+
+    /// Begins to move the light of this index, or to place another.
+    pub fn begin_aim(&mut self, moves: Option<usize>) {
+        self.aiming.drag += 1;
+        self.aiming.moves = moves;
+    }
+
+    /// Number of the drag that places a light.
+    pub fn aim_drag(&self) -> u64 {
+        self.aiming.drag
+    }
+
+    /// Where on the picture of a frame the light falls that was placed last, if nothing was changed since.
+    pub fn aimed_at(&self, frame: usize) -> Option<[usize; 2]> {
+        let (aimed, _) = self.aiming.newest.as_ref()?;
+        (aimed.frame == frame).then_some(aimed.pixel)
+    }
+
+    /// The light that was placed or moved last on the picture, by its index, if nothing was changed since.
+    pub fn aimed_light(&self) -> Option<usize> {
+        self.aiming.newest.as_ref().map(|(_, index)| *index)
+    }
+
+    /// Places a light, or moves the one that the same drag has placed. What was asked for before something else was changed or
+    /// undone comes too late.
+    pub(super) fn aim(&mut self, aimed: AimedLight) {
+        let same = self
+            .aiming
+            .newest
+            .filter(|(last, _)| last.drag == aimed.drag);
+        let index = match same {
+            Some((_, index)) => index,
+            None if aimed.drag <= self.aiming.placed_for => return,
+            None => {
+                self.history.push(self.look.clone());
+                let lighting = &mut self.look.lighting;
+                let known = self
+                    .aiming
+                    .moves
+                    .filter(|&light| light < lighting.placed.len());
+                known.unwrap_or_else(|| {
+                    lighting.placed.push(lighting.another_light());
+                    lighting.placed.len() - 1
+                })
+            }
+        };
+        let before = self.look.clone();
+        if let Some(light) = self.look.lighting.placed.get_mut(index) {
+            *light = light.clone().towards(aimed.direction);
+        }
+        self.look.set_keys(&before, self.frame);
+        self.look.follow(self.frame);
+        self.aiming.placed_for = aimed.drag;
+        self.aiming.newest = Some((aimed, index));
+        self.aiming.chosen = Some(index);
+        self.dragging = Some(discriminant(&LookCommand::Aim(aimed)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::ViewCommand;
+    use crate::state::tests::state;
+    use glam::Vec3;
+
+    fn aimed(drag: u64, direction: Vec3) -> LookCommand {
+        LookCommand::Aim(AimedLight {
+            drag,
+            frame: 3,
+            pixel: [drag as usize, 2],
+            direction,
+        })
+    }
+
+    #[test]
+    fn a_light_follows_its_drag_and_all_of_that_is_undone_at_once() {
+        let mut s = state();
+        s.show(ViewCommand::Solo(Some(4)));
+        s.begin_aim(None);
+        s.change(aimed(1, Vec3::Z));
+        assert!(s.solo.is_empty() && s.is_dragged());
+        s.change(aimed(1, Vec3::X));
+        // The last answer may come after the pointer was released.
+        s.release();
+        s.change(aimed(1, Vec3::NEG_X));
+        s.release();
+        assert_eq!(s.look.lighting.placed.len(), 1);
+        assert_eq!(s.look.lighting.placed[0].yaw_deg, -90.0);
+        assert_eq!(
+            (s.chosen_light(), s.aimed_at(3), s.aimed_at(4)),
+            (Some(0), Some([1, 2]), None)
+        );
+        s.begin_aim(None);
+        s.change(aimed(2, Vec3::Z));
+        assert_eq!(
+            (s.look.lighting.placed.len(), s.chosen_light()),
+            (2, Some(1))
+        );
+        s.change(LookCommand::Undo);
+        assert_eq!((s.look.lighting.placed.len(), s.chosen_light()), (1, None));
+        s.change(LookCommand::Undo);
+        assert_eq!(s.look, state().look);
+        assert!(!s.can_undo());
+    }
+
+    #[test]
+    fn what_a_drag_asked_for_before_it_was_undone_comes_too_late() {
+        let mut s = state();
+        s.begin_aim(None);
+        s.change(aimed(1, Vec3::Z));
+        s.change(LookCommand::Undo);
+        s.change(aimed(1, Vec3::X));
+        assert!(s.look.lighting.placed.is_empty() && s.can_redo());
+        s.begin_aim(None);
+        s.change(aimed(2, Vec3::Z));
+        s.change(LookCommand::Exposure(0.5));
+        s.change(aimed(2, Vec3::X));
+        assert_eq!(
+            s.look.lighting.placed[0].yaw_deg, 180.0,
+            "another change ended the drag"
+        );
+    }
+
+    #[test]
+    fn a_handle_on_the_picture_moves_its_own_light() {
+        let mut s = state();
+        s.begin_aim(None);
+        s.change(aimed(1, Vec3::Z));
+        s.begin_aim(None);
+        s.change(aimed(2, Vec3::Z));
+        s.begin_aim(Some(0));
+        s.change(aimed(3, Vec3::X));
+        s.change(aimed(3, Vec3::NEG_X));
+        let yaws: Vec<f32> = s.look.lighting.placed.iter().map(|l| l.yaw_deg).collect();
+        assert_eq!((yaws, s.chosen_light()), (vec![-90.0, 180.0], Some(0)));
+        s.change(LookCommand::Undo);
+        assert_eq!(s.look.lighting.placed[0].yaw_deg, 180.0);
+        // One that is gone is no light to move.
+        s.begin_aim(Some(7));
+        s.change(aimed(4, Vec3::X));
+        assert_eq!(s.look.lighting.placed.len(), 3);
+    }
+}

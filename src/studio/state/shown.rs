@@ -1,0 +1,350 @@
+//! What of the project is shown, and how.
+
+use super::State;
+use crate::command::ViewCommand;
+use crate::comparison::{CellPicture, GAINS};
+use scene::{Inspection, Viewing};
+
+/// Magnifications of the fitted picture.
+const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
+
+/// Where the picture is in the viewport.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// 1 fits the picture into the viewport.
+    pub zoom: f32,
+    /// Offset of the picture's centre from the viewport's, in points.
+    pub pan: [f32; 2],
+}
+
+impl View {
+    /// The picture fills the viewport.
+    pub(crate) const FITTED: Self = Self {
+        zoom: 1.0,
+        pan: [0.0; 2],
+    };
+}
+
+impl State {
+    /// Changes what is shown.
+    ///
+    /// What asks for another frame or lamp ends [`Self::cell`].
+    pub fn show(&mut self, command: ViewCommand) {
+        use ViewCommand::{Frame, LastFrame, Solo, SoloAlso, StepFrame, StepSolo, TogglePlay};
+        if matches!(
+            command,
+            Frame(_) | StepFrame(_) | LastFrame | TogglePlay | Solo(_) | SoloAlso(_) | StepSolo(_)
+        ) {
+            self.cell = None;
+        }
+        match command {
+            ViewCommand::Cell(cell) => {
+                self.cell = cell;
+                match cell {
+                    Some(_) => self.chosen = cell,
+                    None => self.enlarged = None,
+                }
+            }
+            ViewCommand::Enlarge(picture) => self.enlarged = picture,
+            ViewCommand::FlipCell => self.enlarged = Some(CellPicture::flipped(self.enlarged)),
+            ViewCommand::Metric(metric) => self.metric = metric,
+            ViewCommand::Gain(gain) if GAINS.contains(&gain) => self.gain = gain,
+            ViewCommand::Gain(_) => {}
+            ViewCommand::Photograph(lamp) => self.photograph = lamp,
+            ViewCommand::StepPhotograph(step) => {
+                self.photograph = next(self.photograph, step, self.photographed_lamps);
+            }
+            ViewCommand::TrainedLamp(lamp) => self.trained_lamp = lamp,
+            ViewCommand::StepTrainedLamp(step) => {
+                let lamps = self.shoot_lamps.max(1) as isize;
+                self.trained_lamp = (self.trained_lamp as isize + step).rem_euclid(lamps) as usize;
+            }
+            ViewCommand::Pose(pose) => self.pose = pose,
+            ViewCommand::Wipe(at) => self.wipe_at(at),
+            ViewCommand::StepWipe => {
+                self.wipe = match self.wipe {
+                    at if at <= 0.0 => 0.5,
+                    at if at >= 1.0 => 0.0,
+                    _ => 1.0,
+                }
+            }
+            ViewCommand::Compare(compare) => self.compare = compare,
+            ViewCommand::ToggleWipe => self.compare.toggle_wipe(),
+            ViewCommand::ToggleDoubts => self.doubts = !self.doubts,
+            ViewCommand::ToggleSecond => self.compare.toggle_second(),
+            ViewCommand::Solo(lamp) => self.solo = lamp.into_iter().collect(),
+            ViewCommand::SoloAlso(lamp) => match self.solo.binary_search(&lamp) {
+                Ok(place) => drop(self.solo.remove(place)),
+                Err(place) => self.solo.insert(place, lamp),
+            },
+            ViewCommand::StepSolo(step) => {
+                let lamp = next(self.solo.first().copied(), step, self.lamps);
+                self.solo = lamp.into_iter().collect();
+            }
+            ViewCommand::ChooseLight(light) => self.aiming.chosen = light,
+            ViewCommand::Viewing(viewing) => self.viewing = viewing.bounded(),
+            ViewCommand::StepViewing(stops) => {
+                self.viewing.exposure_stops += stops;
+                self.viewing = self.viewing.bounded();
+            }
+            ViewCommand::Inspect(inspection) => {
+                self.inspection = match self.inspection == inspection {
+                    true => Inspection::Picture,
+                    false => inspection,
+                };
+            }
+            ViewCommand::ResetView => {
+                self.view = View::FITTED;
+                (self.viewing, self.inspection) = (Viewing::default(), Inspection::Picture);
+            }
+            ViewCommand::Pixel(pixel) => self.probed = pixel,
+            ViewCommand::Region(region) => self.region = region,
+            ViewCommand::Footage(view) => self.footage = view,
+            ViewCommand::Frame(frame) => self.go(frame),
+            ViewCommand::StepFrame(step) => self.go(self.frame.saturating_add_signed(step)),
+            ViewCommand::LastFrame => self.go(usize::MAX),
+            ViewCommand::TogglePlay => {
+                let (first, last) = self.export_options.range(self.frames);
+                self.playing = !self.playing && self.frames > 1;
+                if self.playing && !self.loops && self.frame >= last {
+                    self.frame = first;
+                    self.look.follow(first);
+                }
+            }
+            ViewCommand::ToggleLoop => self.loops = !self.loops,
+            ViewCommand::MarkIn => {
+                let (_, end) = self.export_options.range(self.frames);
+                self.export_options.frames = Some((self.frame, end.max(self.frame)));
+            }
+            ViewCommand::MarkOut => {
+                let (start, _) = self.export_options.range(self.frames);
+                self.export_options.frames = Some((start.min(self.frame), self.frame));
+            }
+            ViewCommand::Zoom { factor, about } => self.zoom(factor, about),
+            ViewCommand::Pan([x, y]) => {
+                self.view.pan = [self.view.pan[0] + x, self.view.pan[1] + y];
+            }
+            ViewCommand::Fit => self.view = View::FITTED,
+        }
+    }
+
+    /// Goes on to the next frame, around the end of the range between in and out, or stops there.
+    pub fn advance(&mut self) {
+        let (first, last) = self.export_options.range(self.frames);
+        let within = (first..last).contains(&self.frame);
+        if self.frame == last && !self.loops {
+            self.playing = false;
+            return;
+        }
+        self.frame = if within { self.frame + 1 } else { first };
+        self.look.follow(self.frame);
+    }
+
+    fn go(&mut self, frame: usize) {
+        self.playing = false;
+        self.frame = frame.min(self.frames.saturating_sub(1));
+        self.look.follow(self.frame);
+    }
+
+    fn wipe_at(&mut self, at: f32) {
+        if at.is_finite() {
+            self.wipe = at.clamp(0.0, 1.0);
+        }
+    }
+
+    /// What is under `about` stays there.
+    fn zoom(&mut self, factor: f32, about: [f32; 2]) {
+        let zoom = (self.view.zoom * factor).clamp(*ZOOM.start(), *ZOOM.end());
+        let grown = zoom / self.view.zoom;
+        if zoom.is_finite() {
+            for (pan, about) in self.view.pan.iter_mut().zip(about) {
+                *pan = about + (*pan - about) * grown;
+            }
+            self.view.zoom = zoom;
+        }
+    }
+}
+
+/// The lamp `step` places after `lamp`, around the end of `count` lamps; None, the environment or the interview's
+/// light, comes before the first.
+fn next(lamp: Option<usize>, step: isize, count: usize) -> Option<usize> {
+    let place = lamp.map_or(0, |lamp| lamp + 1) as isize + step;
+    (place.rem_euclid(count as isize + 1) as usize).checked_sub(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state::tests::state;
+
+    #[test]
+    fn a_cell_s_pictures_are_flipped_and_stay_large_from_cell_to_cell() {
+        let mut s = state();
+        s.show(ViewCommand::Cell(Some((0, 1))));
+        let mut flip = |from| {
+            s.show(ViewCommand::Enlarge(from));
+            s.show(ViewCommand::FlipCell);
+            s.enlarged
+        };
+        assert_eq!(flip(None), Some(CellPicture::Prediction));
+        assert_eq!(
+            flip(Some(CellPicture::Difference)),
+            Some(CellPicture::Prediction)
+        );
+        assert_eq!(
+            flip(Some(CellPicture::Truth)),
+            Some(CellPicture::Prediction)
+        );
+        assert_eq!(
+            flip(Some(CellPicture::Prediction)),
+            Some(CellPicture::Truth)
+        );
+        s.show(ViewCommand::Frame(3));
+        s.show(ViewCommand::Cell(Some((2, 1))));
+        assert_eq!(
+            (s.chosen, s.enlarged),
+            (Some((2, 1)), Some(CellPicture::Truth))
+        );
+        s.show(ViewCommand::Cell(None));
+        assert_eq!((s.chosen, s.enlarged), (Some((2, 1)), None));
+    }
+
+    #[test]
+    fn lamps_are_shown_alone_and_together() {
+        let mut s = state();
+        let lamps = [
+            ViewCommand::Solo(Some(7)),
+            ViewCommand::SoloAlso(2),
+            ViewCommand::SoloAlso(9),
+        ];
+        lamps.into_iter().for_each(|command| s.show(command));
+        assert_eq!(s.solo, [2, 7, 9]);
+        s.show(ViewCommand::SoloAlso(7));
+        assert_eq!(s.solo, [2, 9]);
+        s.show(ViewCommand::Solo(Some(4)));
+        assert_eq!(s.solo, [4]);
+        s.show(ViewCommand::Solo(None));
+        assert!(s.solo.is_empty() && !s.can_undo());
+    }
+
+    #[test]
+    fn frames_stop_at_the_ends_and_playing_goes_around() {
+        let mut s = state();
+        s.show(ViewCommand::StepFrame(-1));
+        assert_eq!(s.frame, 0);
+        s.show(ViewCommand::LastFrame);
+        s.show(ViewCommand::StepFrame(1));
+        assert_eq!(s.frame, 9);
+        s.show(ViewCommand::TogglePlay);
+        s.advance();
+        assert_eq!((s.frame, s.playing), (0, true));
+        s.show(ViewCommand::Frame(4));
+        assert_eq!((s.frame, s.playing), (4, false));
+        let mut still = State::new(1, 24.0);
+        still.show(ViewCommand::TogglePlay);
+        assert!(!still.playing, "one frame cannot be played");
+    }
+
+    #[test]
+    fn between_in_and_out_playing_goes_around() {
+        let mut s = state();
+        for command in [
+            ViewCommand::Frame(6),
+            ViewCommand::MarkOut,
+            ViewCommand::Frame(4),
+            ViewCommand::MarkIn,
+            ViewCommand::Frame(8),
+        ] {
+            s.show(command);
+        }
+        let mut shown = Vec::new();
+        for _ in 0..5 {
+            s.advance();
+            shown.push(s.frame);
+        }
+        assert_eq!(shown, [4, 5, 6, 4, 5]);
+    }
+
+    #[test]
+    fn lamps_are_shown_one_after_the_other_and_then_the_environment() {
+        let mut s = state();
+        s.show(ViewCommand::StepSolo(1));
+        assert!(s.solo.is_empty(), "no lamp is known yet");
+        s.lamps = 3;
+        for wanted in [&[0][..], &[1], &[2], &[], &[0]] {
+            s.show(ViewCommand::StepSolo(1));
+            assert_eq!(s.solo, wanted);
+        }
+        s.show(ViewCommand::StepSolo(-1));
+        assert!(s.solo.is_empty());
+    }
+
+    #[test]
+    fn how_a_picture_is_looked_at_is_no_part_of_the_look_and_is_reset_at_once() {
+        let mut s = state();
+        let red = Inspection::Channel(scene::Channel::Red);
+        for wanted in [red, Inspection::Picture, red] {
+            s.show(ViewCommand::Inspect(red));
+            assert_eq!(s.scene().effects.inspection, wanted);
+        }
+        (0..3).for_each(|_| s.show(ViewCommand::StepViewing(0.5)));
+        s.show(ViewCommand::StepViewing(-0.5));
+        assert_eq!(s.scene().viewing.exposure_stops, 1.0);
+        s.show(ViewCommand::Viewing(Viewing {
+            gamma: 99.0,
+            view: Some(scene::ViewTransform::Aces),
+            ..s.viewing
+        }));
+        assert_eq!(s.scene().viewing.gamma, 5.0);
+        assert_eq!(s.scene().view(), scene::ViewTransform::Aces);
+        assert_eq!(s.look, state().look);
+        assert!(!s.can_undo());
+        s.show(ViewCommand::Pan([3.0, 4.0]));
+        s.show(ViewCommand::ResetView);
+        assert_eq!((s.view, s.scene()), (View::FITTED, state().scene()));
+        s.show(ViewCommand::StepViewing(f32::NAN));
+        assert!(s.scene().viewing.is_neutral());
+    }
+
+    #[test]
+    fn without_a_loop_playing_stops_at_the_out_point_and_begins_again_at_the_in_point() {
+        let mut s = state();
+        for command in [
+            ViewCommand::ToggleLoop,
+            ViewCommand::Frame(5),
+            ViewCommand::MarkOut,
+            ViewCommand::Frame(3),
+            ViewCommand::MarkIn,
+            ViewCommand::TogglePlay,
+        ] {
+            s.show(command);
+        }
+        let mut shown = vec![s.frame];
+        while s.playing {
+            s.advance();
+            shown.push(s.frame);
+        }
+        assert_eq!(shown, [3, 4, 5, 5]);
+        s.show(ViewCommand::TogglePlay);
+        assert_eq!((s.frame, s.playing), (3, true));
+    }
+
+    #[test]
+    fn what_is_under_the_cursor_stays_there_as_the_picture_is_zoomed() {
+        let mut s = state();
+        s.show(ViewCommand::Pan([7.0, -3.0]));
+        let about = [120.0, 45.0];
+        let under = |v: &View| [0, 1].map(|i| (about[i] - v.pan[i]) / v.zoom);
+        let before = under(&s.view);
+        s.show(ViewCommand::Zoom { factor: 2.5, about });
+        let after = under(&s.view);
+        assert!(
+            (0..2).all(|i| (before[i] - after[i]).abs() < 1e-3),
+            "{before:?} {after:?}"
+        );
+        s.show(ViewCommand::Zoom { factor: 1e9, about });
+        assert_eq!(s.view.zoom, 64.0);
+        s.show(ViewCommand::Fit);
+        assert_eq!(s.view, View::FITTED);
+    }
+}
