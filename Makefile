@@ -21,13 +21,14 @@ setup:
 
 # Passes all tests of all crates, and says at the end which were skipped and why. AFTERLIGHT_REQUIRED names, with
 # commas between, what must not be missing: shared data, gpu, gpu f16, gpu clock, ffmpeg, python, mediapipe, amx, small
-# disk, pfspanoramic, prlimit, blender.
+# disk, pfspanoramic, prlimit, blender, openjd, slurm.
 SKIPPED = $(abspath $(or $(CARGO_TARGET_DIR),target))/skipped.txt
 SHOWN = $(abspath $(or $(CARGO_TARGET_DIR),target))/stability.txt
 
 test: setup
 	@mkdir -p $(dir $(SKIPPED)) && : >$(SKIPPED) && : >$(SHOWN)
 	@AFTERLIGHT_SKIPPED=$(SKIPPED) AFTERLIGHT_STABILITY=$(SHOWN) AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
+		AFTERLIGHT_OPENJD=$${AFTERLIGHT_OPENJD-$(OPENJD)} \
 		$(CARGO) test --locked --workspace --no-fail-fast; \
 		code=$$?; awk -f tests/support/skipped.awk $(SKIPPED); exit $$code
 
@@ -56,6 +57,23 @@ peers:
 		python3 -m venv --clear $(PEERS) && \
 		$(PEERS)/bin/pip install -r tests/peers/requirements.txt && \
 		cp tests/peers/requirements.txt $(PEERS)/requirements.txt; }
+
+# The reference implementation of Open Job Description, which runs a farm's job in the tests.
+ENGINE = $(or $(CARGO_TARGET_DIR),target)/openjd
+OPENJD = $(abspath $(wildcard $(ENGINE)/bin/openjd))
+FARM_FOLDER ?= $(or $(CARGO_TARGET_DIR),target)/farm
+
+.PHONY: openjd farm
+openjd:
+	@cmp -s tests/openjd/requirements.txt $(ENGINE)/requirements.txt || { \
+		python3 -m venv --clear $(ENGINE) && \
+		$(ENGINE)/bin/pip install -r tests/openjd/requirements.txt && \
+		cp tests/openjd/requirements.txt $(ENGINE)/requirements.txt; }
+
+# Measures what a frame takes on this machine, alone on it, and writes the tables of docs/farm.md: some ten minutes. The
+# projects that it measures are made once.
+farm: build
+	$(CARGO) run --locked -q -p afterlight-rates -- $(AFTERLIGHT) $(FARM_FOLDER) docs/farm.md
 
 # The network's speed and memory, and PyTorch's where it is there. BENCH="--size 128" makes it short.
 bench:

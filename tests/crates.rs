@@ -54,7 +54,7 @@ fn wgpu_stays_with_the_passes_the_fields_and_the_device() {
 /// Others hand over by what the export was asked for.
 #[test]
 fn only_who_runs_exports_hands_them_over() {
-    assert_eq!(who_knows(&["handover"]), ["studio", "worker"]);
+    assert_eq!(who_knows(&["handover"]), ["farm", "studio", "worker"]);
 }
 
 /// What the network and the compositor are checked against must not be made by them.

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use training::checkpoints::{self, SavedCheckpoint};
 use worker::Job;
 
-/// List a project's saved checkpoints, the newest first, or go back to one.
+/// List a project's saved checkpoints, the newest first, go back to one, or adopt one that was trained elsewhere.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight checkpoints interview --back-to 1200")]
 pub struct CheckpointsArgs {
@@ -20,6 +20,10 @@ pub struct CheckpointsArgs {
     /// one is set aside in the list.
     #[arg(long, value_name = "STEP|NAME")]
     back_to: Option<String>,
+    /// Replace the current checkpoint by that of a copy of this project, in this folder, that was trained elsewhere, as by
+    /// a farm. The current one is set aside in the list.
+    #[arg(long, value_name = "DIR", conflicts_with = "back_to")]
+    adopt: Option<PathBuf>,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -30,6 +34,10 @@ impl CheckpointsArgs {
         if let Some(to) = self.back_to {
             let project = self.project;
             return do_job(self.output, Ok(Job::GoBack { project, to }));
+        }
+        if let Some(from) = self.adopt {
+            let project = self.project;
+            return do_job(self.output, Ok(Job::Adopt { project, from }));
         }
         let project = Project::open(&self.project)?;
         let kept = checkpoints::list(&project);

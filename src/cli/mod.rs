@@ -8,6 +8,7 @@ mod confidence;
 mod console;
 mod device;
 mod environments;
+mod farm;
 mod frame;
 mod matte;
 mod parse;
@@ -28,6 +29,7 @@ use console::Console;
 use device::MachineArgs;
 use environments::EnvironmentsArgs;
 use evaluation::EvaluateSettings;
+use farm::{FarmArgs, FarmAssembleArgs, FarmChunkArgs, FarmTrainArgs};
 use footage::ImportSettings;
 use frame::FrameArgs;
 use gpu::DeviceChoice;
@@ -71,6 +73,10 @@ enum Command {
     Frame(FrameArgs),
     Matte(MatteArgs),
     Relight(Box<RelightArgs>),
+    Farm(Box<FarmArgs>),
+    FarmTrain(Box<FarmTrainArgs>),
+    FarmChunk(FarmChunkArgs),
+    FarmAssemble(FarmAssembleArgs),
     Evaluate(EvaluateArgs),
     Review(ReviewArgs),
     Blind(BlindArgs),
@@ -208,7 +214,7 @@ impl Cli {
         match &self.command {
             Some(Command::Stage(args)) => args.settings.check(),
             Some(Command::Import(args)) => project::check_size(args.settings.size),
-            Some(Command::Train(args)) => args.config().map(drop),
+            Some(Command::Train(args)) => args.check(),
             Some(Command::Tradeoff(args)) => args.check(),
             Some(Command::Device(args)) => args.check(),
             _ => Ok(()),
@@ -263,6 +269,10 @@ impl Cli {
             Command::Frame(args) => do_job(args.output, Ok(args.job())),
             Command::Matte(args) => do_job(args.output, Ok(args.job())),
             Command::Relight(args) => do_job(args.output, args.job()),
+            Command::Farm(args) => do_job(args.output, args.job()),
+            Command::FarmTrain(args) => do_job(args.output, args.job()),
+            Command::FarmChunk(args) => do_job(args.output, Ok(args.job())),
+            Command::FarmAssemble(args) => do_job(args.output, Ok(args.job())),
             Command::Evaluate(args) => do_job(
                 args.output,
                 Ok(Job::Evaluate {

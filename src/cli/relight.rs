@@ -21,6 +21,15 @@ pub struct RelightArgs {
     project: PathBuf,
     #[command(flatten)]
     settings: RelightSettings,
+    #[command(flatten)]
+    keys: Keys,
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+/// What a command line says in another way than the window: keyframes, the background, existing files.
+#[derive(Debug, Args)]
+pub struct Keys {
     /// Keyframes of any settings: a JSON object of their names and keys, as `keys` in a project's look.json. Lights have
     /// the numbers 1, 2, … in the order of --light.
     #[arg(long, value_name = "FILE")]
@@ -40,8 +49,6 @@ pub struct RelightArgs {
     /// Keep existing files and append a number to the name, instead of replacing them.
     #[arg(long)]
     keep: bool,
-    #[command(flatten)]
-    pub output: OutputArgs,
 }
 
 impl RelightArgs {
@@ -50,12 +57,24 @@ impl RelightArgs {
     /// # Errors
     /// When the keys cannot be read or are too large.
     pub fn job(self) -> Result<Job> {
+        Ok(Job::Relight {
+            project: self.project,
+            settings: Box::new(self.keys.apply(self.settings)?),
+        })
+    }
+}
+
+impl Keys {
+    /// The settings with these.
+    ///
+    /// # Errors
+    /// When the keys cannot be read or are too large.
+    pub fn apply(self, mut settings: RelightSettings) -> Result<RelightSettings> {
         let interpolation = if self.linear_keys {
             Interpolation::Linear
         } else {
             Interpolation::Smooth
         };
-        let mut settings = self.settings;
         settings.lighting.number_lights();
         if let Some(file) = &self.keys {
             settings.animation = read_keys(file)?;
@@ -80,10 +99,7 @@ impl RelightArgs {
         if self.keep {
             settings.files.existing = Existing::Keep;
         }
-        Ok(Job::Relight {
-            project: self.project,
-            settings: Box::new(settings),
-        })
+        Ok(settings)
     }
 }
 

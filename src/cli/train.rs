@@ -19,6 +19,18 @@ use worker::Job;
 pub struct TrainArgs {
     /// The project's folder.
     project: PathBuf,
+    /// Keep the frames of this truth out of training, so that they can validate it.
+    #[arg(long, value_name = "DIR")]
+    exclude_truth: Option<PathBuf>,
+    #[command(flatten)]
+    training: TrainingArgs,
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+/// How a network is trained.
+#[derive(Debug, Args)]
+pub struct TrainingArgs {
     /// The preset that the settings start from.
     #[arg(long, value_enum, default_value = "quick")]
     preset: Preset,
@@ -45,21 +57,16 @@ pub struct TrainArgs {
     /// Change any other setting of the preset, such as width=32. Can be given several times.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Keep the frames of this truth out of training, so that they can validate it.
-    #[arg(long, value_name = "DIR")]
-    exclude_truth: Option<PathBuf>,
     #[command(flatten)]
     settings: TrainSettings,
-    #[command(flatten)]
-    pub output: OutputArgs,
 }
 
-impl TrainArgs {
-    /// The settings that were asked for.
+impl TrainingArgs {
+    /// The configuration that was asked for.
     ///
     /// # Errors
-    /// When one of them cannot be.
-    pub fn config(&self) -> Result<TrainingConfig> {
+    /// When a setting cannot be.
+    fn config(&self) -> Result<TrainingConfig> {
         let mut config = self.preset.config();
         if let Some(precision) = self.precision {
             config.precision = precision;
@@ -80,13 +87,33 @@ impl TrainArgs {
         Ok(config)
     }
 
-    /// The job that was asked for.
-    pub fn job(self) -> Result<Job> {
-        let config = self.config()?;
-        let mut settings = TrainSettings {
-            config,
+    /// The settings that were asked for.
+    ///
+    /// # Errors
+    /// When one of them cannot be.
+    pub fn settings(self) -> Result<TrainSettings> {
+        Ok(TrainSettings {
+            config: self.config()?,
             ..self.settings
-        };
+        })
+    }
+}
+
+impl TrainArgs {
+    /// Refuses settings that cannot be.
+    ///
+    /// # Errors
+    /// Then.
+    pub fn check(&self) -> Result<()> {
+        self.training.config().map(drop)
+    }
+
+    /// The job that was asked for.
+    ///
+    /// # Errors
+    /// When a setting cannot be, or the truth cannot be read.
+    pub fn job(self) -> Result<Job> {
+        let mut settings = self.training.settings()?;
         if let Some(truth) = &self.exclude_truth {
             let truth = Truth::open(&Project::open(&self.project)?, truth)?;
             settings.exclude_frames.extend(truth.frames);

@@ -124,27 +124,20 @@ impl ClipWriter {
                 "Keep one size for all frames",
             ));
         }
-        let display = picture
-            .display
-            .as_ref()
-            .ok_or_else(|| no_display(&self.path))?;
-        let word = |v: f32| word_from_unit(v).to_le_bytes();
-        let (from, to) = (self.size, self.codec.padded(self.size));
-        let bytes: Vec<u8> = if self.codec.has_alpha() {
-            let straight = straight(picture, &self.encoding).ok_or_else(|| no_light(&self.path))?;
-            let pixels = straight.map(|p| self.alpha.of_straight(p).map(word));
-            let pixels: Vec<_> = pixels.collect();
-            padded(&pixels, from, to).flatten().flatten().collect()
-        } else {
-            let codes = display.0.pixels.iter().copied().map(self.encoding.codes());
-            if self.codec.is_deep() {
-                let pixels: Vec<_> = codes.map(|p| p.map(word)).collect();
-                padded(&pixels, from, to).flatten().flatten().collect()
-            } else {
-                let pixels: Vec<_> = codes.map(|p| p.map(byte_from_unit)).collect();
-                padded(&pixels, from, to).flatten().collect()
-            }
-        };
+        let bytes = frame_bytes(
+            &self.path,
+            (self.codec, self.alpha),
+            &self.encoding,
+            picture,
+        )?;
+        self.feed(bytes, progress)
+    }
+
+    /// Adds a frame that is as [`frame_bytes`] makes it.
+    ///
+    /// # Errors
+    /// When ffmpeg has stopped or does not answer, or a stop was asked for.
+    pub(super) fn feed(&mut self, bytes: Vec<u8>, progress: &Progress) -> Result<()> {
         match self.encoder.feed(bytes, progress) {
             Ok(()) => Ok(()),
             // A closed pipe says nothing: the reason is among ffmpeg's own words.
@@ -203,6 +196,36 @@ impl ClipWriter {
         };
         Error::codec("write", &self.path, cause, remedy(&said))
     }
+}
+
+/// A picture as ffmpeg takes it for the movie at `path`: its codes row by row, padded to the sizes that the codec has.
+///
+/// # Errors
+/// When the picture has no display codes, or no light where alpha needs it.
+pub(super) fn frame_bytes(
+    path: &Path,
+    (codec, alpha): (Codec, MovieAlpha),
+    encoding: &Encoding,
+    picture: &Picture,
+) -> Result<Vec<u8>> {
+    let display = (picture.display.as_ref()).ok_or_else(|| no_display(path))?;
+    let word = |v: f32| word_from_unit(v).to_le_bytes();
+    let size = picture.alpha.size();
+    let (from, to) = (size, codec.padded(size));
+    Ok(if codec.has_alpha() {
+        let straight = straight(picture, encoding).ok_or_else(|| no_light(path))?;
+        let pixels: Vec<_> = straight.map(|p| alpha.of_straight(p).map(word)).collect();
+        padded(&pixels, from, to).flatten().flatten().collect()
+    } else {
+        let codes = display.0.pixels.iter().copied().map(encoding.codes());
+        if codec.is_deep() {
+            let pixels: Vec<_> = codes.map(|p| p.map(word)).collect();
+            padded(&pixels, from, to).flatten().flatten().collect()
+        } else {
+            let pixels: Vec<_> = codes.map(|p| p.map(byte_from_unit)).collect();
+            padded(&pixels, from, to).flatten().collect()
+        }
+    })
 }
 
 /// What to do about what ffmpeg says.

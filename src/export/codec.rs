@@ -2,34 +2,43 @@
 
 use super::colors::OutputSpace;
 use base::error::{Error, Result};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Codecs that ffmpeg encodes movies with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
 pub enum Codec {
     /// H.264, 8 bits, for review [.mp4, .mov, .mkv].
     #[value(name = "h264")]
+    #[serde(rename = "h264")]
     H264,
     /// H.265, 10 bits, for review [.mp4, .mov, .mkv].
     #[value(name = "h265")]
+    #[serde(rename = "h265")]
     H265,
     /// ProRes 4444 with alpha, straight unless asked otherwise [.mov].
     #[value(name = "prores-4444")]
+    #[serde(rename = "prores-4444")]
     ProRes4444,
     /// ProRes 422 HQ [.mov].
     #[value(name = "prores-422-hq")]
+    #[serde(rename = "prores-422-hq")]
     ProRes422Hq,
     /// DNxHR HQ, 4:2:2, 8 bits [.mov, .mxf].
     #[value(name = "dnxhr-hq")]
+    #[serde(rename = "dnxhr-hq")]
     DnxhrHq,
     /// DNxHR HQX, 4:2:2, 10 bits [.mov, .mxf].
     #[value(name = "dnxhr-hqx")]
+    #[serde(rename = "dnxhr-hqx")]
     DnxhrHqx,
     /// DNxHR 444, 10 bits [.mov, .mxf].
     #[value(name = "dnxhr-444")]
+    #[serde(rename = "dnxhr-444")]
     Dnxhr444,
     /// FFV1, RGB of 16 bits with alpha, straight unless asked otherwise, without loss [.mkv].
     #[value(name = "ffv1")]
+    #[serde(rename = "ffv1")]
     Ffv1,
 }
 

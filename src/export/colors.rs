@@ -4,11 +4,13 @@ use base::error::{Error, Result};
 use imaging::Cube;
 use imaging::color::{bt1886_from_linear, linear_from_srgb, srgb_from_linear};
 use imaging::color_space::{ColorSpace, Matrix, transformed};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::sync::Arc;
 
 /// Colour spaces that pictures can be written in. An EXR is linear in its primaries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum OutputSpace {
     /// sRGB, as computers show it.
     Srgb,

@@ -1,9 +1,10 @@
 //! How an EXR holds its pixels.
 
 use exr::compression::Compression;
+use serde::{Deserialize, Serialize};
 
 /// What a person chooses about EXR files.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::Args)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::Args)]
 pub struct ExrSettings {
     /// Samples of an EXR.
     #[arg(id = "exr_samples", long = "exr-samples", value_enum, default_value_t)]
@@ -31,7 +32,8 @@ pub struct ExrSettings {
 }
 
 /// Kinds of numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum Samples {
     /// 16 bits, to ±65504 with 11 significant bits.
     #[default]
@@ -41,7 +43,8 @@ pub enum Samples {
 }
 
 /// Compressions of OpenEXR.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum ExrCompression {
     None,
     /// Run lengths.
@@ -58,7 +61,8 @@ pub enum ExrCompression {
 }
 
 /// What an EXR's colour is times.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum ExrAlpha {
     /// Colour times alpha, as OpenEXR has it.
     #[default]
@@ -68,7 +72,8 @@ pub enum ExrAlpha {
 }
 
 /// How light layers are kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum LayerFiles {
     /// As channels beside the picture's: light_00.R ….
     #[default]

@@ -5,6 +5,7 @@ use super::colors::OutputSpace;
 use super::exr_settings::ExrSettings;
 use base::numbers::within;
 use footage::PictureSize;
+use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -140,7 +141,8 @@ impl Format {
 }
 
 /// Bits of a PNG's channels; other files have their own.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum Bits {
     #[default]
     #[value(name = "8")]
@@ -150,7 +152,8 @@ pub enum Bits {
 }
 
 /// What a movie's colour codes are times. The choice stands in the movie's metadata, as its comment.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum MovieAlpha {
     /// Colour of its own, as it is where the picture is opaque.
     #[default]
@@ -179,7 +182,8 @@ impl MovieAlpha {
 }
 
 /// What happens to existing files.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Existing {
     /// They are replaced.
     #[default]
@@ -189,7 +193,7 @@ pub enum Existing {
 }
 
 /// Where pictures are written, and how.
-#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
 pub struct Files {
     /// What to write: stills as out.%04d.png, .tif or .exr, a movie as clip.mp4, .mov, .mkv or .mxf.
     #[arg(long)]

@@ -1,7 +1,10 @@
 //! The programs that an exported shot goes on to.
 
+use serde::{Deserialize, Serialize};
+
 /// A program, or kind of programs, that opens an exported shot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum HandOver {
     /// Nuke: a script with a gain for each lamp, key, fill and rim, and the rebuilt picture; needs --layers [.nk].
     Nuke,

@@ -8,12 +8,16 @@ mod encoder;
 mod exr_channels;
 mod exr_settings;
 mod exr_still;
+mod footage_print;
 mod format;
 mod hand_over;
 mod interview;
+mod join;
 mod layers;
 mod lettering;
 mod listing;
+mod look;
+mod movie_frames;
 mod overlap;
 mod provenance;
 mod rebuild;
@@ -23,6 +27,7 @@ mod sheet;
 mod sound;
 mod still;
 mod time_code;
+mod whole;
 mod writer;
 
 pub use clip::{ClipWriter, Movie};
@@ -30,11 +35,14 @@ pub use codec::{Codec, Container};
 pub use colors::{Encoding, OutputSpace};
 pub use destination::{Destination, Stills, untaken};
 pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, Samples};
+pub use footage_print::footage_print;
 pub use format::{Bits, Existing, Files, Format, MovieAlpha, PixelBits};
 pub use hand_over::HandOver;
 pub use interview::{Interview, Source};
+pub use join::{Flaw, FlawedFrame, flawed_frames, join_movie};
 pub use layers::{LightLayer, LightLayers, ListedLayer, beside};
 pub use listing::{LayerListing, RestLayer};
+pub use movie_frames::movie_frame;
 pub use overlap::Stages;
 pub use provenance::provenance_of;
 pub use rebuild::{Rebuild, rebuilt};
@@ -42,6 +50,7 @@ pub use scaled::{fitted, scaled};
 pub use sheet::{Tile, contact_sheet};
 pub use still::{About, write_still};
 pub use time_code::TimeCode;
+pub use writer::check_files;
 
 /// Frames per second as a fraction. The rates of television (23.976, 29.97, 59.94 …) are recognised,
 /// whatever the number of digits that they were written with.

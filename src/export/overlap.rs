@@ -1,7 +1,7 @@
 //! Frames go through three stages side by side: while one is made, the next is read and the one before is written.
 
 use base::error::Result;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::panic::resume_unwind;
 use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
@@ -18,7 +18,7 @@ pub struct StageTimes {
 }
 
 /// Mean milliseconds that a frame takes in each stage, and from one frame to the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stages {
     /// Decoding the plate and its matte.
     pub read_ms: f64,

@@ -1,5 +1,6 @@
 //! What a still was made of, in its header, so that a stopped export goes on where it was.
 
+use super::footage_print::FootagePrints;
 use super::format::Files;
 use super::relight::RelightSettings;
 use super::still::PROVENANCE;
@@ -8,18 +9,20 @@ use base::files::open;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};
 use light::Environment;
-use project::Project;
+use project::{Picture, Project, Shoot};
 use scene::Scene;
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use tiff::tags::Tag;
 
-/// What all frames of an export are made of.
-#[derive(Clone, Debug)]
+/// What all frames of an export are made of. It says what things hold, not where they are or when they were written: the
+/// same export of a copy, on another machine too, says the same.
+#[derive(Debug)]
 pub struct Provenance {
     common: String,
     /// Of what else decides how a file looks.
     files: u64,
+    footage: FootagePrints,
 }
 
 impl Provenance {
@@ -40,9 +43,15 @@ impl Provenance {
             })
         };
         let mut made_of = Hash::default();
+        let shoot = Shoot {
+            // Where the pictures are does not decide what is in them, nor do environments that are not used.
+            folder: PathBuf::new(),
+            environments: Vec::new(),
+            ..settings.shoot.clone()
+        };
         made_of.text(&format!(
-            "{:?} {:?} {}",
-            settings.shoot, settings.framing, settings.size
+            "{shoot:?} {:?} {}",
+            settings.framing, settings.size
         ));
         made_of.bytes(&read(&project.calibration_path())?);
         // It has the checksums of the weights.
@@ -59,6 +68,7 @@ impl Provenance {
             to: String::new(),
             existing: super::Existing::default(),
             resume: false,
+            lut: None,
             ..asked.files.clone()
         };
         written.text(&format!("{plain:?} {first}"));
@@ -78,19 +88,17 @@ impl Provenance {
         Ok(Self {
             common,
             files: written.0,
+            footage: FootagePrints::default(),
         })
     }
 
-    /// Of one frame, which looks as `scene` says and is made of the pictures at `pictures`.
-    pub fn frame(&self, scene: &Scene, pictures: &[&Path]) -> String {
+    /// Of one frame, which looks as `scene` says and is made of `pictures`: they are read.
+    pub fn frame(&self, scene: &Scene, pictures: &[Picture]) -> String {
         let mut look = Hash(self.files);
         look.text(&format!("{scene:?}"));
         let mut plate = Hash::default();
-        for path in pictures {
-            plate.text(&path.to_string_lossy());
-            if let Ok(data) = std::fs::metadata(path) {
-                plate.text(&format!("{} {:?}", data.len(), data.modified().ok()));
-            }
+        for picture in pictures {
+            plate.text(&self.footage.of(picture));
         }
         format!(
             "{} look={look} plate={plate} frame={}",

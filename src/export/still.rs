@@ -125,7 +125,8 @@ fn color_chunks<W: io::Write>(
     Some(space.code_points())
 }
 
-fn png_error(error: png::EncodingError) -> io::Error {
+/// The system's own error, so that a full disk is told as one.
+pub(super) fn png_error(error: png::EncodingError) -> io::Error {
     match error {
         png::EncodingError::IoError(e) => e,
         other => io::Error::other(other),

@@ -6,11 +6,14 @@ use super::colors::Encoding;
 use super::format::{Bits, Existing, Files, MovieAlpha};
 use super::interview::Interview;
 use super::layers::LightLayers;
+use super::movie_frames::MovieFrames;
 use super::provenance::provenance_of;
 use super::rebuild::Rebuild;
+use super::relight::Part;
 use super::scaled::{fitted, scaled};
 use super::sound::Sound;
 use super::still::{About, write_still};
+use super::whole::check_whole;
 use super::{ClipWriter, Destination, untaken};
 use base::error::{Error, Result};
 use base::files::remove_left_over;
@@ -30,6 +33,10 @@ pub(super) struct Writer {
     sound: Option<Sound>,
     interview: Interview,
     encoding: Encoding,
+    /// The frames of a movie that is joined later.
+    parts: Option<MovieFrames>,
+    /// Whether frames that are there already are kept.
+    goes_on: bool,
     /// Columns and rows that are asked for; None if they are the pictures' own.
     size: Option<(usize, usize)>,
     /// Frames that were written.
@@ -53,21 +60,27 @@ impl Writer {
         (first, last): (usize, usize),
         size: (usize, usize),
         interview: &Interview,
+        part: Option<&Part>,
         progress: &Progress,
     ) -> Result<Self> {
         let to = match files.existing {
-            Existing::Replace => files.to.clone(),
-            Existing::Keep => untaken(&files.to, first, last)?,
+            Existing::Keep if part.is_none() => untaken(&files.to, first, last)?,
+            _ => files.to.clone(),
         };
         let destination = check(files, &to, last - first + 1)?;
         let encoding = Encoding::open(files.space, files.lut.as_deref())?;
         let written = files.size.map_or(size, |longest| fitted(size, longest));
-        // What exports to this folder left when they were killed.
-        if let Some(folder) = destination.files(first, last).next().and_then(folder) {
+        // What exports to this folder left when they were killed. Beside other workers nothing is removed: whether their
+        // files are left over, another machine's clock and locks cannot say for sure.
+        if let (None, Some(folder)) = (part, destination.files(first, last).next().and_then(folder))
+        {
             remove_left_over(&folder);
         }
-        let (mut clip, mut sound) = (None, None);
-        if let Destination::Clip(path) = &destination {
+        let (mut clip, mut sound, mut parts) = (None, None, None);
+        if let (Destination::Clip(path), Some(part)) = (&destination, part) {
+            let codec = Codec::of(files.codec, path)?;
+            parts = Some(MovieFrames::new(&part.folder, codec, files.movie_alpha));
+        } else if let Destination::Clip(path) = &destination {
             let codec = Codec::of(files.codec, path)?;
             if !files.no_sound {
                 sound = Sound::extract(interview, (first, last), path, progress)?;
@@ -94,36 +107,21 @@ impl Writer {
             }
         }
         Ok(Self {
-            to,
+            to: match (&parts, part) {
+                (Some(_), Some(part)) => part.folder.display().to_string(),
+                _ => to,
+            },
             files: files.clone(),
             destination,
             clip,
             sound,
             interview: interview.clone(),
             encoding,
+            parts,
+            goes_on: files.resume || part.is_some(),
             size: (written != size).then_some(written),
             done: 0,
         })
-    }
-
-    /// What a scene has to make. Light that is to be shown in more than 8 bits is encoded here, without the
-    /// dither of 8 bits, unless an effect on codes is asked for.
-    pub fn output(&self, effects: &Effects) -> Output {
-        let codec = match &self.destination {
-            Destination::Clip(path) => Codec::of(self.files.codec, path).ok(),
-            Destination::Stills(_) => None,
-        };
-        let deep = match &self.destination {
-            Destination::Stills(stills) => self.files.bits == Bits::Sixteen || stills.is_tiff(),
-            Destination::Clip(_) => codec.is_some_and(Codec::is_deep),
-        };
-        // The dither of 8 bits is for codes that stay as they are.
-        let deep = deep || !self.encoding.is_plain();
-        let plain = !effects.asks(Pass::Grain) && effects.inspection == Inspection::Picture;
-        match self.destination.output() {
-            Output::Display if deep && plain => Output::Linear,
-            output => output,
-        }
     }
 
     /// Writes frame `frame`, and its lamps where there are any; tells how well they gave back their sum.
@@ -184,7 +182,12 @@ impl Writer {
                 check.transpose()
             }
             (Destination::Clip(_), Some(clip)) => clip.push(&shown, progress).map(|()| None),
-            (Destination::Clip(_), None) => Ok(None),
+            (Destination::Clip(_), None) => {
+                let mut parts = self.parts.iter();
+                parts
+                    .try_for_each(|parts| parts.write(frame, &shown, &self.encoding, made_of))
+                    .map(|()| None)
+            }
         }
     }
 
@@ -202,18 +205,34 @@ impl Writer {
 
     /// Whether each frame has a file of its own.
     pub fn writes_stills(&self) -> bool {
-        matches!(self.destination, Destination::Stills(_))
+        matches!(self.destination, Destination::Stills(_)) || self.parts.is_some()
     }
 
-    /// Whether frame `frame` is there already, made of the same; then it counts as written.
+    /// Whether frames that are there already are kept.
+    pub fn goes_on(&self) -> bool {
+        self.goes_on
+    }
+
+    /// Whether frame `frame` is there already, whole and made of the same; then it counts as written.
     pub fn keeps_frame(&mut self, frame: usize, made_of: &str) -> bool {
-        let Destination::Stills(stills) = &self.destination else {
-            return false;
+        let path = match (&self.destination, &self.parts) {
+            (Destination::Stills(stills), _) => stills.path(frame),
+            (Destination::Clip(_), Some(parts)) => parts.path(frame),
+            (Destination::Clip(_), None) => return false,
         };
-        let same =
-            self.files.resume && provenance_of(&stills.path(frame)).as_deref() == Some(made_of);
+        let same = self.goes_on
+            && provenance_of(&path).as_deref() == Some(made_of)
+            && check_whole(&path).is_ok();
         self.done += usize::from(same);
         same
+    }
+
+    /// Adds a frame of a movie as ffmpeg takes it.
+    ///
+    /// # Errors
+    /// As [`ClipWriter::feed`].
+    pub fn feed(&mut self, bytes: Vec<u8>, progress: &Progress) -> Result<()> {
+        (self.clip.as_mut()).map_or(Ok(()), |clip| clip.feed(bytes, progress))
     }
 
     /// Ends a movie.
@@ -228,15 +247,36 @@ impl Writer {
 
     /// What there is if it ends now.
     pub fn keeps(&self) -> String {
-        match self.destination {
-            Destination::Stills(_) => format!("{} frames are kept: {}", self.done, self.to),
-            Destination::Clip(_) => "no movie was written".to_owned(),
+        match self.writes_stills() {
+            true => format!("{} frames are kept: {}", self.done, self.to),
+            false => "no movie was written".to_owned(),
         }
     }
 
     /// The error, which says what is kept.
     fn kept(&self, error: Error) -> Error {
         error.with_note(&self.keeps())
+    }
+}
+
+/// What a scene has to make. Light that is to be shown in more than 8 bits is encoded by the writer, without the
+/// dither of 8 bits, unless an effect on codes is asked for.
+pub(super) fn output(
+    files: &Files,
+    destination: &Destination,
+    encoding: &Encoding,
+    effects: &Effects,
+) -> Output {
+    let deep = match destination {
+        Destination::Stills(stills) => files.bits == Bits::Sixteen || stills.is_tiff(),
+        Destination::Clip(path) => Codec::of(files.codec, path).is_ok_and(Codec::is_deep),
+    };
+    // The dither of 8 bits is for codes that stay as they are.
+    let deep = deep || !encoding.is_plain();
+    let plain = !effects.asks(Pass::Grain) && effects.inspection == Inspection::Picture;
+    match destination.output() {
+        Output::Display if deep && plain => Output::Linear,
+        output => output,
     }
 }
 
@@ -249,6 +289,14 @@ fn folder(file: PathBuf) -> Option<PathBuf> {
     } else {
         folder.to_path_buf()
     })
+}
+
+/// Refuses files that cannot hold what is asked for.
+///
+/// # Errors
+/// Then; the sentence says why.
+pub fn check_files(files: &Files, frames: usize) -> Result<()> {
+    check(files, &files.to, frames).map(drop)
 }
 
 /// The destination `to`, as far as `frames` frames can be written there as `files` says.

@@ -45,8 +45,15 @@ fn stills_that_a_full_disk_had_room_for_are_kept_whole() {
         return;
     };
     let (files, shown) = (Files::to(disk.at("shot.%04d.png")), noise(80));
-    let mut writer =
-        Writer::open(&files, (0, 199), (80, 80), &film(), &Progress::silent()).unwrap();
+    let mut writer = Writer::open(
+        &files,
+        (0, 199),
+        (80, 80),
+        &film(),
+        None,
+        &Progress::silent(),
+    )
+    .unwrap();
     let said = fill(&mut writer, &shown).to_string();
     let kept = disk.names();
     assert!(!kept.is_empty() && kept.len() < 5, "{kept:?}");
@@ -74,8 +81,15 @@ fn a_movie_that_a_full_disk_has_no_room_for_leaves_nothing_and_what_was_there() 
         };
         std::fs::write(disk.at(name), "an older movie").unwrap();
         let files = Files::to(disk.at(name));
-        let mut writer =
-            Writer::open(&files, (0, 199), (256, 256), &film(), &Progress::silent()).unwrap();
+        let mut writer = Writer::open(
+            &files,
+            (0, 199),
+            (256, 256),
+            &film(),
+            None,
+            &Progress::silent(),
+        )
+        .unwrap();
         let said = fill(&mut writer, &noise(256)).to_string();
         drop(writer);
         assert!(said.contains("room"), "{said}");
@@ -95,7 +109,7 @@ fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
             ..Files::to(&to)
         };
         let mut writer =
-            Writer::open(&files, (3, 4), (16, 16), &film(), &Progress::silent()).unwrap();
+            Writer::open(&files, (3, 4), (16, 16), &film(), None, &Progress::silent()).unwrap();
         for frame in [3, 4] {
             writer
                 .write(frame, &shown, None, None, &Progress::silent())
@@ -121,7 +135,7 @@ fn pictures_are_written_at_the_size_that_is_asked_for() {
             ..Files::to(folder.path().join(name).display().to_string())
         };
         let mut writer =
-            Writer::open(&files, (0, 0), (32, 32), &film(), &Progress::silent()).unwrap();
+            Writer::open(&files, (0, 0), (32, 32), &film(), None, &Progress::silent()).unwrap();
         writer
             .write(
                 0,
@@ -144,13 +158,15 @@ fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
         bits: Bits::Sixteen,
         ..Files::to(path.display().to_string())
     };
-    let mut writer = Writer::open(&files, (0, 0), (16, 16), &film(), &Progress::silent()).unwrap();
+    let mut writer =
+        Writer::open(&files, (0, 0), (16, 16), &film(), None, &Progress::silent()).unwrap();
     let grainy = Effects {
         grain: 1.0,
         ..Effects::default()
     };
-    assert_eq!(writer.output(&Effects::default()), Output::Linear);
-    assert_eq!(writer.output(&grainy), Output::Display);
+    let of = |effects: &Effects| output(&files, &writer.destination, &writer.encoding, effects);
+    assert_eq!(of(&Effects::default()), Output::Linear);
+    assert_eq!(of(&grainy), Output::Display);
     let linear = Picture {
         display: None,
         ..picture(16, 16, [0.3, 0.2, 0.1], true)
@@ -194,6 +210,7 @@ fn the_next_export_removes_what_a_killed_one_left() {
         (0, 3),
         (16, 16),
         &film(),
+        None,
         &Progress::silent(),
     )
     .unwrap();
@@ -278,7 +295,7 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
             };
             let silent = Progress::silent();
             let mut writer =
-                Writer::open(&files_settings, (7, 7), (12, 7), &film(), &silent).unwrap();
+                Writer::open(&files_settings, (7, 7), (12, 7), &film(), None, &silent).unwrap();
             let (shown, lights) = lit();
             let check = writer
                 .write(7, &shown, Some(lights), None, &silent)
@@ -329,7 +346,7 @@ fn a_picture_that_was_changed_is_seen_and_files_that_lie_are_refused() {
     let write = |change: f32| {
         let (shown, mut lights) = lit();
         lights.layers.lamps[0].picture.pixels[3][0] *= change;
-        let mut writer = Writer::open(&files, (0, 0), (12, 7), &film(), &silent).unwrap();
+        let mut writer = Writer::open(&files, (0, 0), (12, 7), &film(), None, &silent).unwrap();
         writer
             .write(0, &shown, Some(lights), None, &silent)
             .unwrap();
@@ -361,7 +378,7 @@ fn a_picture_that_was_changed_is_seen_and_files_that_lie_are_refused() {
         ..files.clone()
     };
     let (shown, lights) = lit();
-    let mut writer = Writer::open(&apart, (0, 0), (12, 7), &film(), &silent).unwrap();
+    let mut writer = Writer::open(&apart, (0, 0), (12, 7), &film(), None, &silent).unwrap();
     writer
         .write(0, &shown, Some(lights), None, &silent)
         .unwrap();
@@ -401,7 +418,7 @@ fn what_is_empty_is_left_out_if_that_is_asked_for() {
     };
     let silent = Progress::silent();
     let window = |shown: &Picture| {
-        let mut writer = Writer::open(&files, (0, 0), (9, 8), &film(), &silent).unwrap();
+        let mut writer = Writer::open(&files, (0, 0), (9, 8), &film(), None, &silent).unwrap();
         writer.write(0, shown, None, None, &silent).unwrap();
         let read = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
         let part = &read.layer_data[0];

@@ -33,14 +33,15 @@ pub fn relight(
 ) -> Result<RelightReport> {
     check(project, settings)?;
     let mut report = export::relight::relight(project, settings, progress)?;
-    if !settings.hand_over.is_empty() {
-        report.hand_over = hand_over(project, settings, &report.output, progress)?;
-    }
+    report.hand_over = hand_over(project, settings, &report.output, progress)?;
     Ok(report)
 }
 
 /// Refuses what a program could not open.
-fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
+///
+/// # Errors
+/// Then; the sentence says which program, and why.
+pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
     let Some(first_asked) = settings.hand_over.first() else {
         return Ok(());
     };
@@ -72,13 +73,19 @@ fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
     Ok(())
 }
 
-/// Writes what was asked for of an export that went to `output`.
-fn hand_over(
+/// Writes what was asked for of an export that went to `output`; nothing if nothing was. Tells where it is.
+///
+/// # Errors
+/// When the export's files, the calibration or the environment cannot be read, or a file cannot be written.
+pub fn hand_over(
     project: &Project,
     settings: &RelightSettings,
     output: &str,
     progress: &Progress,
 ) -> Result<Vec<PathBuf>> {
+    if settings.hand_over.is_empty() {
+        return Ok(Vec::new());
+    }
     let interview = Interview::of(project)?;
     let shot = Shot::of(project, settings, &interview, output, progress)?;
     let mut written = Vec::new();

@@ -13,6 +13,7 @@ use super::training::TrainChoice;
 use super::wizard::Plan;
 use calibration::{Circle, Trial};
 use evaluation::review::{Mark, MarkedOlat, Metric};
+use farm::Engine;
 use footage::candidate::Slot;
 use footage::{BrushSide, Stroke};
 use glam::Vec3;
@@ -369,6 +370,8 @@ pub enum ExportCommand {
     Destination(PathBuf),
     /// Add an export of the current settings to the queue.
     Add,
+    /// Write an export of the current settings as a job for this engine into a new folder in this one.
+    Farm(Engine, PathBuf),
     /// Take an export out of the queue; a running one is asked to stop.
     Withdraw(u64),
     /// Show a folder in the system's file manager.
@@ -432,6 +435,8 @@ pub enum Dialog {
     ShootLocation,
     /// The next export's file.
     Destination,
+    /// Where a job for this engine goes.
+    FarmFolder(Engine),
     /// True OLATs to measure against.
     Truth,
     /// Where to write the review's page.

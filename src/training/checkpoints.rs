@@ -13,6 +13,9 @@ use reflectance::predictor::check_fits;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
+/// A project's files beside its checkpoint that belong to it.
+pub const LOGS: [&str; 2] = [STEPS, HELD_OUT];
+
 /// Bytes that checkpoints saved by training may take; the oldest are removed first.
 const MAX_BYTES: u64 = 4 << 30;
 /// Prefix of folders that are unfinished or no longer needed.
@@ -137,7 +140,7 @@ pub fn keep(project: &Project, reason: Reason) -> Result<()> {
             let partial = folder.join(format!("{HIDDEN}{name}"));
             clean(&folder);
             checkpoint::link(&from, &partial)?;
-            for log in [STEPS, HELD_OUT] {
+            for log in LOGS {
                 if project.result_path(log).exists() {
                     restore(&project.result_path(log), &partial.join(log))?;
                 }
@@ -200,11 +203,68 @@ pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
         set_aside(project)?;
         let from = folder(project).join(&found.name);
         checkpoint::link(&from, &project.checkpoint_path())?;
-        for log in [STEPS, HELD_OUT] {
+        for log in LOGS {
             restore(&from.join(log), &project.result_path(log))?;
         }
     }
     Ok(found.info.clone())
+}
+
+/// Replaces the project's checkpoint, which is set aside, by that of another copy of the project, such as one that a farm
+/// has trained. If the process is killed, one of the two is there, whole; `other` stays as it is.
+///
+/// # Errors
+/// When `other` is of another shoot, framing, size or rig, has no checkpoint, or files cannot be written.
+pub fn adopt(project: &Project, other: &Project) -> Result<CheckpointInfo> {
+    check_same(project, other)?;
+    let info = checkpoint::info(&other.checkpoint_path())?;
+    check_fits(&info, project)?;
+    if checkpoint::info(&project.checkpoint_path()).ok().as_ref() != Some(&info) {
+        set_aside(project)?;
+        checkpoint::link(&other.checkpoint_path(), &project.checkpoint_path())?;
+        for log in LOGS {
+            restore(&other.result_path(log), &project.result_path(log))?;
+        }
+    }
+    Ok(info)
+}
+
+/// Refuses a project that is no copy of `project`: a network of other pictures or lamps would give wrong pictures.
+fn check_same(project: &Project, other: &Project) -> Result<()> {
+    let read = |project: &Project| {
+        let path = project.calibration_path();
+        let remedy = "Calibrate it: afterlight calibrate PROJECT";
+        std::fs::read(&path).map_err(|e| Error::io("open", &path, e, remedy))
+    };
+    let shoot = |project: &Project| {
+        let mut shoot = project.settings.shoot.clone();
+        // A copy may stand elsewhere, and which environments there are is not learnt.
+        shoot.folder = PathBuf::new();
+        shoot.environments.clear();
+        shoot
+    };
+    let (ours, theirs) = (&project.settings, &other.settings);
+    let what = if ours.size != theirs.size {
+        "its size"
+    } else if ours.shoot.lamps != theirs.shoot.lamps {
+        "its lamps"
+    } else if shoot(project) != shoot(other) {
+        "its shoot"
+    } else if ours.framing != theirs.framing {
+        "its framing"
+    } else if read(project)? != read(other)? {
+        "its calibration"
+    } else {
+        return Ok(());
+    };
+    Err(Error::invalid(
+        format!(
+            "the network in {} is of another project than {}: {what} differs",
+            other.root.display(),
+            project.root.display()
+        ),
+        "Adopt what was trained on a copy of this project, as it is now",
+    ))
 }
 
 /// Copies the log `from` to `to`, or removes that if there is none.

@@ -103,7 +103,7 @@ pub struct TrainingConfig {
 }
 
 /// What a run is asked to do.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 pub struct TrainSettings {
     #[arg(skip = Preset::Quick.config())]
     pub config: TrainingConfig,

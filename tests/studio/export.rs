@@ -764,3 +764,44 @@ fn a_measured_cell_is_shown_beside_its_truth() {
     assert!(window.state().state().cell.is_none());
     window.get_by_label("Relit picture");
 }
+
+/// In a process without a desktop: no test opens a dialog on the screen of whoever runs it.
+#[test]
+fn an_export_is_sent_to_a_farm_into_a_folder_that_is_typed() {
+    let test = "export::an_export_is_sent_to_a_farm_into_a_folder_that_is_typed";
+    let nothing = [
+        ("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"),
+        ("PATH", "/nonexistent"),
+    ];
+    if !super::alone(test, &nothing) {
+        return;
+    }
+    let (mut window, root, folder) = opened();
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    type_name(&mut window, "exports/farmed");
+    for number in ["farmed-job", "farmed-job-2"] {
+        window.get_by_label("Send to farm…").click();
+        window.run_steps(2);
+        window.get_by_label("Slurm…").click();
+        window.run_steps(2);
+        until(&mut window, "that there is no dialog", |app| {
+            let entry = app.state().path.as_ref();
+            entry.is_some_and(|entry| entry.missing.is_some())
+        });
+        window.event(Event::Text(folder.path().display().to_string()));
+        window.run_steps(2);
+        window.key_press(Key::Enter);
+        window.run_steps(2);
+        let job = folder.path().join(number);
+        until(&mut window, "the job", |_| job.join("job.json").is_file());
+        until_said(&mut window, &format!("{number}/submit.sh"));
+        let text = std::fs::read_to_string(job.join("job.json")).unwrap();
+        assert!(text.contains(&format!("{}/exports/farmed.%04d.png", root.display())));
+        assert!(
+            std::fs::read_to_string(job.join("chunk.sh"))
+                .unwrap()
+                .contains("farm-chunk")
+        );
+    }
+}

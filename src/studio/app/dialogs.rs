@@ -181,6 +181,7 @@ impl StudioApp {
                     ..Ask::new(Wanted::NewFile, "Export to")
                 })
             }
+            Dialog::FarmFolder(_) => folder("Choose a folder that the farm sees"),
             Dialog::Truth => folder("Choose a folder with true OLATs"),
             Dialog::ReportPage => Some(Ask::new_file(
                 "Save the report",
@@ -227,6 +228,7 @@ impl StudioApp {
             }
             Dialog::ShootLocation => Command::Project(ProjectCommand::Locate(first)),
             Dialog::Destination => Command::Export(ExportCommand::Destination(first)),
+            Dialog::FarmFolder(engine) => Command::Export(ExportCommand::Farm(engine, first)),
             Dialog::Truth => Command::Review(ReviewCommand::Measure(Some(first))),
             Dialog::ReportPage => Command::Review(ReviewCommand::Report(first)),
             Dialog::MachineReport => Command::Machine(MachineCommand::Save(first)),

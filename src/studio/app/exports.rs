@@ -6,9 +6,11 @@ use crate::destination_check::{DestinationCheck, DestinationQuery};
 use crate::environment_library::light_of;
 use crate::state::State;
 use export::Destination;
+use export::relight::RelightSettings;
+use farm::{ChunkSettings, Engine, FarmSettings};
 use handover::relight;
 use std::path::Path;
-use worker::{Export, ExportStatus, WrittenExport};
+use worker::{Export, ExportStatus, Job, WrittenExport};
 
 /// The exports, and whether files of the next one exist already.
 pub struct Exports {
@@ -46,6 +48,7 @@ impl StudioApp {
                 }
             }
             ExportCommand::Add => self.add_export(),
+            ExportCommand::Farm(engine, folder) => self.send_to_farm(engine, &folder),
             ExportCommand::Withdraw(id) => self.withdraw_export(id),
             ExportCommand::OpenFolder(folder) => {
                 if open::that_detached(&folder).is_err() {
@@ -67,29 +70,65 @@ impl StudioApp {
         }
     }
 
-    /// Adds an export of the current settings to the queue.
-    fn add_export(&mut self) {
+    /// What is exported now; None if nothing can be: why is said.
+    fn export_settings(&mut self) -> Option<RelightSettings> {
         let entry = self.library.entries().get(self.state.look.environment);
         let panorama = entry.map(|entry| &entry.panorama);
         let options = &self.state.export_options;
         if let Some(obstacle) = options.obstacle(&self.status.phase, panorama) {
-            return self.status.refuse(obstacle.to_owned());
+            self.status.refuse(obstacle.to_owned());
+            return None;
         }
         let entries = self.library.entries();
         let light = entry.and_then(|entry| light_of(entries, &entry.listed.origin));
-        let (Some(worker), Some(project), Some(light)) =
-            (&self.session.worker, &self.session.project, light)
-        else {
-            return;
+        let (Some(project), Some(light)) = (&self.session.project, light) else {
+            return None;
         };
         self.status.refusal = None;
-        let settings = options.settings(
-            project,
-            &self.state.look,
-            &self.state.solo,
-            light,
-            self.device,
-        );
+        let (look, solo) = (&self.state.look, &self.state.solo);
+        Some(options.settings(project, look, solo, light, self.device))
+    }
+
+    /// Writes a job of the current settings for a farm, as the command line does, into a folder of its own in `folder`.
+    fn send_to_farm(&mut self, engine: Engine, folder: &Path) {
+        let Some(settings) = self.export_settings() else {
+            return;
+        };
+        let (Some(worker), Some(project)) = (&self.session.worker, &self.session.project) else {
+            return;
+        };
+        let to = Path::new(&settings.files.to).file_name();
+        let name = to.unwrap_or_default().to_string_lossy();
+        let stem = match name.split(['.', '%']).next() {
+            Some("") | None => "export",
+            Some(stem) => stem,
+        };
+        let free = (1..)
+            .map(|number| match number {
+                1 => folder.join(format!("{stem}-job")),
+                _ => folder.join(format!("{stem}-job-{number}")),
+            })
+            .find(|job| !job.exists());
+        let job = Job::Farm {
+            project: project.root.clone(),
+            settings: Box::new(settings),
+            farm: FarmSettings::new(engine, free.unwrap_or_default()),
+            chunks: ChunkSettings::default(),
+        };
+        if let Err(e) = worker.run(job) {
+            self.status.refuse(e.to_string());
+        }
+    }
+
+    /// Adds an export of the current settings to the queue.
+    fn add_export(&mut self) {
+        let Some(settings) = self.export_settings() else {
+            return;
+        };
+        let options = &self.state.export_options;
+        let (Some(worker), Some(project)) = (&self.session.worker, &self.session.project) else {
+            return;
+        };
         let project = project.clone();
         let name = |to: &str| {
             let name = Path::new(to).file_name().unwrap_or_default();

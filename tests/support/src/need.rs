@@ -37,11 +37,15 @@ pub enum Need {
     Prlimit,
     /// The program `blender`, with its renderer Cycles.
     Blender,
+    /// The program `openjd` of openjd-cli.
+    OpenJobDescription,
+    /// Slurm's and MUNGE's daemons, and the right to start them.
+    Slurm,
 }
 
 impl Need {
     /// All of them.
-    const ALL: [Self; 12] = [
+    const ALL: [Self; 14] = [
         Self::SharedData,
         Self::Gpu,
         Self::GpuF16,
@@ -54,6 +58,8 @@ impl Need {
         Self::Pfspanoramic,
         Self::Prlimit,
         Self::Blender,
+        Self::OpenJobDescription,
+        Self::Slurm,
     ];
 
     /// Its name in lists.
@@ -71,6 +77,8 @@ impl Need {
             Self::Pfspanoramic => "pfspanoramic",
             Self::Prlimit => "prlimit",
             Self::Blender => "blender",
+            Self::OpenJobDescription => "openjd",
+            Self::Slurm => "slurm",
         }
     }
 }

@@ -22,6 +22,21 @@ pub fn blender() -> bool {
     require(Need::Blender, here, "blender is not installed")
 }
 
+/// The program `openjd` that `AFTERLIGHT_OPENJD` names, if it starts; otherwise the test returns.
+pub fn openjd() -> Option<PathBuf> {
+    let named = std::env::var_os("AFTERLIGHT_OPENJD").filter(|program| !program.is_empty());
+    let program = named.map(PathBuf::from).ok_or_else(|| {
+        "AFTERLIGHT_OPENJD names no openjd-cli; `make openjd` installs it".to_owned()
+    });
+    let program = program.and_then(
+        |program| match starts(&program.to_string_lossy(), "--help") {
+            true => Ok(program),
+            false => Err(format!("{} does not start", program.display())),
+        },
+    );
+    found(Need::OpenJobDescription, program)
+}
+
 /// The interpreter that `AFTERLIGHT_PYTHON` names, if it has these modules; otherwise the test returns.
 pub fn python(modules: &[&str]) -> Option<PathBuf> {
     found(Need::Python, interpreter(modules))

@@ -16,6 +16,7 @@ use egui::{
     WidgetInfo, vec2,
 };
 use export::{Destination, Files, Format, HandOver, PixelBits};
+use farm::Engine;
 use footage::PictureSize;
 use project::Project;
 use scene::Background;
@@ -412,10 +413,25 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if response.clicked() {
         out.push(Command::Export(ExportCommand::Add));
     }
+    ui.add_enabled_ui(enabled, |ui| farm_ui(ui, out));
     if let Some(obstacle) = obstacle {
         let down = Layout::top_down(Align::Min);
         ui.with_layout(down, |ui| {
             ui.label(RichText::new(obstacle).color(theme::WARNING));
         });
     }
+}
+
+/// For which farm a job of the same export is written.
+fn farm_ui(ui: &mut Ui, out: &mut Vec<Command>) {
+    let hint = "Writes a job that relights this export on many machines, with a copy of network and look, so that work \
+                here can go on. You submit it.";
+    let menu = ui.menu_button("Send to farm…", |ui| {
+        for engine in Engine::ALL {
+            if ui.button(format!("{}…", engine.name())).clicked() {
+                out.push(Command::Dialog(Dialog::FarmFolder(engine)));
+            }
+        }
+    });
+    menu.response.on_hover_text(hint);
 }

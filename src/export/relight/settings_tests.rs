@@ -1,7 +1,7 @@
 use super::*;
 use clap::Parser;
 use light::keyframes::Keyframes;
-use scene::LightSetting;
+use scene::{LightSetting, Pass};
 
 #[derive(Parser)]
 struct Options {
@@ -64,4 +64,37 @@ fn keys_of_a_light_that_is_not_there_are_refused() {
     moving.lighting.placed.clear();
     let said = moving.check_keys().unwrap_err().to_string();
     assert!(said.contains("no light"), "{said}");
+}
+
+#[test]
+fn all_settings_come_back_from_a_file_as_they_were() {
+    let mut all = settings(
+        "--front nuke --yaw 3.3 --turntable --solo a,b --weights smooth --pitch 1.1 --roll -2.2 --intensity 0.7 \
+         --temperature 3210 --tint 12 --background-yaw 7 --light 0,20,30,2 --light 60,0,20,1,1,0.5,0.3 --vignette 0.3 \
+         --grain 0.9 --view aces --frames 2-9 --exposure 0.1 --codec prores-4444 --movie-alpha premultiplied --space rec709 \
+         --lut look.cube --no-sound --at square --size 640 --bits 16 --layers --hand-over nuke,edl --profile --device cpu \
+         --field compressed --exr-samples float",
+    );
+    all.lighting.number_lights();
+    all.lighting.placed[1].group = "rim".to_owned();
+    all.lighting.groups = vec![light::LightGroup {
+        name: "rim".to_owned(),
+        gain_stops: -1.3,
+        ..light::LightGroup::default()
+    }];
+    all.background = Background::None;
+    let mut lanes = vec![Setting::Yaw, Setting::Exposure, Setting::Tint];
+    lanes.extend(
+        STRENGTHS
+            .iter()
+            .map(|strength| Setting::Effect(strength.pass)),
+    );
+    lanes.extend(LightSetting::ALL.map(|(setting, ..)| Setting::Light(2, setting)));
+    for (number, lane) in lanes.into_iter().enumerate() {
+        all.animation
+            .set(lane, keys(&format!("0:0.1,{}:0.7", number + 1)));
+    }
+    let text = serde_json::to_string(&all).unwrap();
+    let read: RelightSettings = serde_json::from_str(&text).unwrap();
+    assert_eq!(format!("{read:?}"), format!("{all:?}"));
 }

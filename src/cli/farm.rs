@@ -1,0 +1,168 @@
+//! `afterlight farm`, and what its workers run.
+
+use super::OutputArgs;
+use super::relight::Keys;
+use super::train::TrainingArgs;
+use base::error::Result;
+use clap::Args;
+use export::relight::RelightSettings;
+use farm::{ChunkSettings, FarmSettings, FrameSpan, Training};
+use gpu::DeviceChoice;
+use std::path::PathBuf;
+use worker::Job;
+
+/// Write a job for a render farm: the interview relit in chunks, on many machines. Nothing is submitted.
+///
+/// The job has a snapshot of the project, so that work on it can go on.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: afterlight farm interview --environment courtyard.hdr --output relit.mov --engine slurm --to /farm/interview",
+    // Here --to is the job; --resume is what chunks always do.
+    mut_arg("to", |arg| arg.long("output").value_name("FILE").help(
+        "What the job makes: stills as out.%04d.png, .tif or .exr, a movie as clip.mp4, .mov, .mkv or .mxf"
+    )),
+    mut_arg("resume", |arg| arg.hide(true))
+)]
+pub struct FarmArgs {
+    /// The project's folder.
+    project: PathBuf,
+    #[command(flatten)]
+    farm: FarmSettings,
+    #[command(flatten)]
+    chunks: ChunkSettings,
+    #[command(flatten)]
+    settings: RelightSettings,
+    #[command(flatten)]
+    keys: Keys,
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+impl FarmArgs {
+    /// The job that was asked for.
+    ///
+    /// # Errors
+    /// When the keys cannot be read or are too large.
+    pub fn job(self) -> Result<Job> {
+        Ok(Job::Farm {
+            project: self.project,
+            settings: Box::new(self.keys.apply(self.settings)?),
+            farm: self.farm,
+            chunks: self.chunks,
+        })
+    }
+}
+
+/// Write a job for a render farm that trains networks, one task for each project. Nothing is submitted.
+///
+/// Each task trains a copy of its project; `afterlight checkpoints PROJECT --adopt DIR` takes the result home.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: afterlight farm-train monday tuesday --preset paper --engine slurm --to /farm/training"
+)]
+pub struct FarmTrainArgs {
+    /// The projects' folders.
+    #[arg(required = true)]
+    projects: Vec<PathBuf>,
+    #[command(flatten)]
+    farm: FarmSettings,
+    #[command(flatten)]
+    training: TrainingArgs,
+    /// A rung: train with these settings changed, from the start, as a task of its own. Can be given several times; without it
+    /// there is one task for each project.
+    #[arg(long, value_name = "KEY=VALUE,…")]
+    rung: Vec<String>,
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+impl FarmTrainArgs {
+    /// The job that was asked for.
+    ///
+    /// # Errors
+    /// When a setting cannot be.
+    pub fn job(self) -> Result<Job> {
+        let settings = self.training.settings()?;
+        let mut trainings = Vec::new();
+        for rung in &self.rung {
+            let mut settings = settings.clone();
+            settings.fresh = true;
+            rung.split(',')
+                .try_for_each(|set| settings.config.set(set))?;
+            let name = rung.clone();
+            trainings.push(Training { name, settings });
+        }
+        if trainings.is_empty() {
+            let name = String::new();
+            trainings.push(Training { name, settings });
+        }
+        Ok(Job::FarmTrain {
+            projects: self.projects,
+            trainings,
+            farm: self.farm,
+        })
+    }
+}
+
+/// Do a part of a farm's job: relight frames, or train one network. It can be run again at any time.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight farm-chunk /farm/interview --frames 500-749")]
+pub struct FarmChunkArgs {
+    /// The job's folder.
+    job: PathBuf,
+    /// Frames A to B, or N frames from A on. What is there already, whole and of this job, is kept.
+    #[arg(long, value_name = "A-B|A+N", required_unless_present = "task")]
+    frames: Option<FrameSpan>,
+    /// A task of a job that trains, from 0.
+    #[arg(long, value_name = "K", conflicts_with = "frames")]
+    task: Option<usize>,
+    /// Where the network runs [default: as the job says].
+    #[arg(long, value_enum, conflicts_with = "task")]
+    device: Option<DeviceChoice>,
+    /// The footage's folder, if this machine sees it elsewhere than the one that wrote the job.
+    #[arg(long, value_name = "DIR", conflicts_with = "task")]
+    shoot: Option<PathBuf>,
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+impl FarmChunkArgs {
+    /// The job that was asked for.
+    pub fn job(self) -> Job {
+        match (self.frames, self.task) {
+            (None, task) => Job::FarmTask {
+                job: self.job,
+                task: task.unwrap_or_default(),
+            },
+            (Some(frames), _) => Job::FarmChunk {
+                job: self.job,
+                frames,
+                device: self.device,
+                shoot: self.shoot,
+            },
+        }
+    }
+}
+
+/// End a farm's job: check every frame, then make the movie with sound and time code. Names what has to be run again.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight farm-assemble /farm/interview")]
+pub struct FarmAssembleArgs {
+    /// The job's folder.
+    job: PathBuf,
+    /// The footage's folder, if this machine sees it elsewhere than the one that wrote the job.
+    #[arg(long, value_name = "DIR")]
+    shoot: Option<PathBuf>,
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+impl FarmAssembleArgs {
+    /// The job that was asked for.
+    pub fn job(self) -> Job {
+        Job::FarmAssemble {
+            job: self.job,
+            shoot: self.shoot,
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! The end of an export that was made in parts: every frame is checked, and a movie is joined of its frames.
+
+use super::codec::Codec;
+use super::destination::Destination;
+use super::interview::Interview;
+use super::look::{Look, sources};
+use super::movie_frames::MovieFrames;
+use super::provenance::provenance_of;
+use super::rebuild::rebuilt;
+use super::relight::{RelightSettings, frame_range};
+use super::scaled::fitted;
+use super::whole::check_whole;
+use super::writer::Writer;
+use base::error::{Error, Result};
+use base::files::remove_left_over;
+use base::progress::Progress;
+use footage::picture_size;
+use project::Project;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// What is wrong with a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Flaw {
+    /// Its file is not there.
+    Missing,
+    /// Its file says that it was made of something else, or says nothing.
+    MadeOfOther,
+    /// Its file is not whole.
+    Broken,
+}
+
+/// A frame that has to be written again.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FlawedFrame {
+    pub frame: usize,
+    pub flaw: Flaw,
+    pub file: PathBuf,
+}
+
+/// Frames that are looked at between two safe points.
+const AT_ONCE: usize = 256;
+
+/// Looks at every frame of an export that was [made in parts](super::relight::relight_part): each has to be there, to say that
+/// it is made of the project as it is, and to be whole to its last byte. `folder` holds the frames of a movie. Returns those
+/// that are not so, in order.
+///
+/// # Errors
+/// When the project or its look cannot be read, or a stop was asked for.
+pub fn flawed_frames(
+    project: &Project,
+    settings: &RelightSettings,
+    folder: &Path,
+    progress: &Progress,
+) -> Result<Vec<FlawedFrame>> {
+    let look = Look::open(project, settings, progress)?;
+    let provenance = look.provenance()?;
+    let files = FrameFiles::of(settings, folder)?;
+    let (first, last) = look.frames;
+    let count = (last - first + 1) as u64;
+    let mut found = Vec::new();
+    for from in (first..=last).step_by(AT_ONCE) {
+        progress.check("")?;
+        progress.step("checking frames", (from - first) as u64, count, "");
+        let to = last.min(from + AT_ONCE - 1);
+        let flawed = (from..=to).into_par_iter().filter_map(|frame| {
+            let file = files.path(frame);
+            let wanted = provenance.frame(&look.scene(frame), &sources(project, frame));
+            let flaw = flaw(&file, &wanted, settings.files.layers)?;
+            Some(FlawedFrame { frame, flaw, file })
+        });
+        found.extend(flawed.collect::<Vec<_>>());
+    }
+    progress.step("checking frames", count, count, "");
+    Ok(found)
+}
+
+fn flaw(file: &Path, wanted: &str, has_layers: bool) -> Option<Flaw> {
+    if !file.exists() {
+        return Some(Flaw::Missing);
+    }
+    match provenance_of(file) {
+        // A file that is cut within its header says nothing either.
+        None if check_whole(file).is_err() => Some(Flaw::Broken),
+        Some(made_of) if made_of == wanted => {
+            let whole = check_whole(file).and_then(|()| match has_layers {
+                // Layers may be files of their own.
+                true => rebuilt(file).map(drop),
+                false => Ok(()),
+            });
+            whole.is_err().then_some(Flaw::Broken)
+        }
+        _ => Some(Flaw::MadeOfOther),
+    }
+}
+
+/// Where an export's frames are.
+enum FrameFiles {
+    Stills(Destination),
+    Movie(MovieFrames),
+}
+
+impl FrameFiles {
+    fn of(settings: &RelightSettings, folder: &Path) -> Result<Self> {
+        let files = &settings.files;
+        Ok(match Destination::parse(&files.to)? {
+            Destination::Clip(path) => {
+                let codec = Codec::of(files.codec, &path)?;
+                Self::Movie(MovieFrames::new(folder, codec, files.movie_alpha))
+            }
+            stills => Self::Stills(stills),
+        })
+    }
+
+    fn path(&self, frame: usize) -> PathBuf {
+        match self {
+            Self::Stills(stills) => stills.files(frame, frame).next().unwrap_or_default(),
+            Self::Movie(frames) => frames.path(frame),
+        }
+    }
+}
+
+/// Makes the movie of an export of the frames in `folder`, with sound, time code and reel, as one export would have; removes
+/// what killed workers left beside the frames. Of stills nothing is left to be made. Tells where the result is.
+///
+/// # Errors
+/// When a frame cannot be read, the movie cannot be written, or a stop was asked for: then there is no movie.
+pub fn join_movie(
+    project: &Project,
+    settings: &RelightSettings,
+    folder: &Path,
+    progress: &Progress,
+) -> Result<String> {
+    let (first, last) = frame_range(project, settings.frames)?;
+    let files = FrameFiles::of(settings, folder)?;
+    let mut cleaned = PathBuf::new();
+    for file in (first..=last).map(|frame| files.path(frame)) {
+        if let Some(folder) = file.parent().filter(|folder| **folder != *cleaned) {
+            remove_left_over(folder);
+            cleaned = folder.to_path_buf();
+        }
+    }
+    let FrameFiles::Movie(frames) = files else {
+        return Ok(settings.files.to.clone());
+    };
+    let interview = Interview::of(project)?;
+    let size = picture_size(project, settings.files.at)?;
+    let written = (settings.files.size).map_or(size, |longest| fitted(size, longest));
+    let mut writer = Writer::open(
+        &settings.files,
+        (first, last),
+        size,
+        &interview,
+        None,
+        progress,
+    )?;
+    let count = (last - first + 1) as u64;
+    let mut join = || {
+        for frame in first..=last {
+            progress.check("")?;
+            let note = format!("frame {frame}");
+            progress.step("joining the movie", (frame - first) as u64, count, note);
+            writer.feed(frames.read(frame, written)?, progress)?;
+        }
+        writer.finish(progress)
+    };
+    join().map_err(|e| match e {
+        Error::Cancelled { .. } => Error::Cancelled {
+            kept: "all frames are kept, no movie was written".to_owned(),
+        },
+        other => other,
+    })?;
+    progress.step("joining the movie", count, count, "");
+    Ok(writer.to)
+}

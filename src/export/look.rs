@@ -1,0 +1,85 @@
+//! What each frame of an export looks like and is made of, without the network.
+
+use super::colors::Encoding;
+use super::destination::Destination;
+use super::provenance::Provenance;
+use super::relight::{RelightSettings, find_environment, frame_range};
+use super::writer::output;
+use base::error::Result;
+use base::progress::Progress;
+use light::Environment;
+use light::conventions::Front;
+use project::{Picture, Project};
+use scene::{Output, Scene};
+use std::sync::Arc;
+
+/// An export's look.
+pub(super) struct Look<'a> {
+    pub project: &'a Project,
+    pub settings: &'a RelightSettings,
+    /// First and last frame.
+    pub frames: (usize, usize),
+    pub environment: Arc<Environment>,
+    /// Which way is front in it.
+    pub front: Front,
+    /// What scenes have to make.
+    output: Output,
+}
+
+impl<'a> Look<'a> {
+    /// Reads the environment.
+    ///
+    /// # Errors
+    /// When it, or the look-up table, cannot be read, or the destination is not understood.
+    pub fn open(
+        project: &'a Project,
+        settings: &'a RelightSettings,
+        progress: &Progress,
+    ) -> Result<Self> {
+        let files = &settings.files;
+        let destination = Destination::parse(&files.to)?;
+        let encoding = Encoding::open(files.space, files.lut.as_deref())?;
+        let (environment, known_front) = match &settings.read {
+            Some(read) => (read.clone(), Front::default()),
+            None => {
+                let (wanted, mapping) = (&settings.environment, settings.mapping);
+                let (found, front) = find_environment(project, wanted, mapping, progress)?;
+                (Arc::new(found), front)
+            }
+        };
+        Ok(Self {
+            project,
+            settings,
+            frames: frame_range(project, settings.frames)?,
+            environment,
+            front: settings.front.unwrap_or(known_front),
+            output: output(files, &destination, &encoding, &settings.largest_effects()),
+        })
+    }
+
+    /// What frame `index` looks like.
+    pub fn scene(&self, index: usize) -> Scene {
+        let (first, last) = self.frames;
+        let share = (index - first) as f32 / (last - first + 1) as f32;
+        (self.settings).scene(index, share, self.front, self.output)
+    }
+
+    /// What files of this export say that they are made of.
+    ///
+    /// # Errors
+    /// When calibration, network or look-up table cannot be read.
+    pub fn provenance(&self) -> Result<Provenance> {
+        Provenance::of(
+            self.project,
+            &self.environment,
+            self.settings,
+            self.frames.0,
+        )
+    }
+}
+
+/// The pictures that frame `frame` is made of: its plate and its matte.
+pub(super) fn sources(project: &Project, frame: usize) -> [Picture; 2] {
+    let matte = project.frame_matte(frame);
+    [project.frame_picture(frame), matte.picture().clone()]
+}

@@ -1,0 +1,166 @@
+//! Frames of a movie that are made apart from each other: each in a PNG of its own, in exactly the codes that ffmpeg is fed
+//! later. So the movie is the one that a single export writes, byte for byte.
+
+use super::clip::frame_bytes;
+use super::codec::Codec;
+use super::colors::Encoding;
+use super::format::MovieAlpha;
+use super::still::{PROVENANCE, png_error};
+use super::whole::read_png;
+use base::error::{Error, Result};
+use base::files::write_beside;
+use compositor::Picture;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Frames in one folder, so that no folder has millions of files.
+const IN_A_FOLDER: usize = 1000;
+
+/// The file of frame `frame` of a movie whose frames are made apart, in `folder`.
+pub fn movie_frame(folder: &Path, frame: usize) -> PathBuf {
+    let thousand = format!("{:06}", frame / IN_A_FOLDER);
+    folder.join(thousand).join(format!("{frame:09}.png"))
+}
+
+/// Where they are and how the movie takes them.
+#[derive(Clone, Debug)]
+pub(super) struct MovieFrames {
+    folder: PathBuf,
+    codec: Codec,
+    alpha: MovieAlpha,
+}
+
+impl MovieFrames {
+    pub fn new(folder: &Path, codec: Codec, alpha: MovieAlpha) -> Self {
+        Self {
+            folder: folder.to_path_buf(),
+            codec,
+            alpha,
+        }
+    }
+
+    /// The file of frame `frame`.
+    pub fn path(&self, frame: usize) -> PathBuf {
+        movie_frame(&self.folder, frame)
+    }
+
+    fn layout(&self) -> (png::ColorType, png::BitDepth) {
+        let color = match self.codec.has_alpha() {
+            true => png::ColorType::Rgba,
+            false => png::ColorType::Rgb,
+        };
+        let depth = match self.codec.has_alpha() || self.codec.is_deep() {
+            true => png::BitDepth::Sixteen,
+            false => png::BitDepth::Eight,
+        };
+        (color, depth)
+    }
+
+    /// Writes frame `frame`, made of `made_of`.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or the picture is none for a display.
+    pub fn write(
+        &self,
+        frame: usize,
+        picture: &Picture,
+        encoding: &Encoding,
+        made_of: Option<&str>,
+    ) -> Result<()> {
+        let path = self.path(frame);
+        let mut bytes = frame_bytes(&path, (self.codec, self.alpha), encoding, picture)?;
+        let (width, height) = self.codec.padded(picture.alpha.size());
+        let (color, depth) = self.layout();
+        if depth == png::BitDepth::Sixteen {
+            swap_bytes(&mut bytes);
+        }
+        write_beside(&path, |out| {
+            let mut info = png::Info::with_size(width as u32, height as u32);
+            (info.color_type, info.bit_depth) = (color, depth);
+            let mut encoder = png::Encoder::with_info(out, info).map_err(io::Error::other)?;
+            // They are read once; a disk takes longer than a little compression saves.
+            encoder.set_compression(png::Compression::Fast);
+            if let Some(made_of) = made_of {
+                let added = encoder.add_text_chunk(PROVENANCE.to_owned(), made_of.to_owned());
+                added.map_err(io::Error::other)?;
+            }
+            let mut writer = encoder.write_header().map_err(png_error)?;
+            writer.write_image_data(&bytes).map_err(png_error)?;
+            writer.finish().map_err(png_error)
+        })
+    }
+
+    /// Frame `frame` as ffmpeg is fed it, of the movie's size `size`.
+    ///
+    /// # Errors
+    /// When its file is not there, not whole, or of another kind or size.
+    pub fn read(&self, frame: usize, size: (usize, usize)) -> Result<Vec<u8>> {
+        let path = self.path(frame);
+        let (mut bytes, info) = read_png(&path)?;
+        let size = self.codec.padded(size);
+        if (info.color_type, info.bit_depth) != self.layout()
+            || (info.width as usize, info.height as usize) != size
+        {
+            return Err(Error::codec(
+                "read",
+                &path,
+                format!(
+                    "it is no frame of {} × {} pixels of {}",
+                    size.0,
+                    size.1,
+                    self.codec.name()
+                ),
+                "Write this frame again",
+            ));
+        }
+        if info.bit_depth == png::BitDepth::Sixteen {
+            swap_bytes(&mut bytes);
+        }
+        Ok(bytes)
+    }
+}
+
+/// A PNG's words begin with their high byte, ffmpeg's with their low one.
+fn swap_bytes(bytes: &mut [u8]) {
+    bytes.chunks_exact_mut(2).for_each(|word| word.swap(0, 1));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::still::tests::picture;
+    use super::*;
+
+    #[test]
+    fn what_is_read_again_is_what_ffmpeg_would_have_been_fed() {
+        let folder = tempfile::tempdir().unwrap();
+        let plain = Encoding::default();
+        // Odd sizes are padded in some codecs.
+        let shown = picture(7, 5, [0.5, 0.03, 0.9], false);
+        let straight = [Codec::H264, Codec::H265, Codec::ProRes4444, Codec::Ffv1];
+        let straight = straight.map(|codec| (codec, MovieAlpha::Straight));
+        let premultiplied = (Codec::ProRes4444, MovieAlpha::Premultiplied);
+        let mut seen = Vec::new();
+        for (codec, alpha) in straight.into_iter().chain([premultiplied]) {
+            let frames = MovieFrames::new(folder.path(), codec, alpha);
+            frames.write(1234, &shown, &plain, Some("of this")).unwrap();
+            let path = frames.path(1234);
+            assert!(path.ends_with("000001/000001234.png"), "{}", path.display());
+            let fed = frame_bytes(&path, (codec, alpha), &plain, &shown).unwrap();
+            assert!(!seen.contains(&fed), "{codec:?} {alpha:?}");
+            assert_eq!(
+                frames.read(1234, (7, 5)).unwrap(),
+                fed,
+                "{codec:?} {alpha:?}"
+            );
+            assert_eq!(
+                super::super::provenance_of(&path).as_deref(),
+                Some("of this")
+            );
+            assert!(frames.read(1234, (9, 5)).is_err(), "another size");
+            let whole = std::fs::read(&path).unwrap();
+            std::fs::write(&path, &whole[..whole.len() * 2 / 3]).unwrap();
+            assert!(frames.read(1234, (7, 5)).is_err(), "half a frame");
+            seen.push(fed);
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! A clip while it is relit: each frame predicted, and lit at the level of the first.
+
+use super::named::lamps_named;
+use super::{Part, RelightSettings};
+use crate::look::{Look, sources};
+use crate::provenance::Provenance;
+use crate::writer::{Lights, Writer};
+use crate::{Interview, LightLayers, Stages};
+use base::error::Result;
+use base::progress::Progress;
+use calibration::Calibration;
+use compositor::{
+    EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Plate,
+    Series, Upstream, compose,
+};
+use footage::{Frame, picture_size};
+use gpu::ComputeDevice;
+use light::{Rig, conventions};
+use project::Project;
+use reflectance::Predictor;
+use scene::{Background, Effects, Output, Pass, Scene};
+use std::time::Instant;
+
+/// A frame that is relit.
+pub(super) struct Plan {
+    pub frame: usize,
+    pub scene: Scene,
+    /// What its file says that it was made of, if that had to be known before: to find what is there already.
+    pub made_of: Option<String>,
+    /// Whether it is written: what the next ones need may be there already.
+    pub write: bool,
+}
+
+/// A frame that is to be written.
+pub(super) struct Made {
+    pub picture: Picture,
+    pub lights: Option<Lights>,
+}
+
+/// A clip while it is relit.
+pub(super) struct Clip<'a> {
+    look: Look<'a>,
+    pub calibration: Calibration,
+    pub compute: ComputeDevice,
+    predictor: Predictor,
+    encoder: FieldEncoder,
+    /// At the level of the first frame, or the clip would flicker.
+    light: Option<EnvironmentLight>,
+    /// Numbers of the lamps that light the subject alone; empty for all.
+    solo: Vec<usize>,
+    series: Series,
+    /// The passes of the newest frame, with the time of all frames so far.
+    pub passes: Vec<PassReport>,
+    pub uncovered_energy: f32,
+}
+
+impl<'a> Clip<'a> {
+    /// Reads what all frames need, and begins to write.
+    pub fn open(
+        project: &'a Project,
+        settings: &'a RelightSettings,
+        part: Option<&Part>,
+        progress: &Progress,
+    ) -> Result<(Self, Writer)> {
+        let calibration = Calibration::load(project)?;
+        let solo = lamps_named(&calibration.rig, &settings.solo)?;
+        let look = Look::open(project, settings, progress)?;
+        let compute = ComputeDevice::choose(settings.device);
+        progress.say(format!("The network runs on the {}", compute.description));
+        let predictor = Predictor::open(project, &compute.device)?;
+        let interview = Interview::of(project)?;
+        let size = picture_size(project, settings.files.at)?;
+        let writer = Writer::open(
+            &settings.files,
+            look.frames,
+            size,
+            &interview,
+            part,
+            progress,
+        )?;
+        let clip = Self {
+            look,
+            calibration,
+            compute,
+            predictor,
+            encoder: FieldEncoder::new(settings.storage),
+            light: None,
+            solo,
+            series: Series::default(),
+            passes: Vec::new(),
+            uncovered_energy: 0.0,
+        };
+        Ok((clip, writer))
+    }
+
+    /// The frames that are relit: those of `first` to `last` that are not there already, and what these need. With what
+    /// files say of what they are made of, if they can.
+    pub fn plan(
+        &self,
+        (first, last): (usize, usize),
+        writer: &mut Writer,
+        progress: &Progress,
+    ) -> Result<(Vec<Plan>, Option<Provenance>)> {
+        let settings = self.look.settings;
+        let count = last - first + 1;
+        let provenance = (writer.writes_stills())
+            .then(|| self.look.provenance())
+            .transpose()?;
+        let start = self.look.frames.0;
+        let is_smooth = settings.largest_effects().asks(Pass::Smoothing);
+        let mut planned = Vec::with_capacity(count + 1);
+        let before = (start..first).take(if is_smooth { usize::MAX } else { 1 });
+        for frame in before.chain(first..=last) {
+            let scene = self.look.scene(frame);
+            let mut made_of = None;
+            let mut write = frame >= first;
+            if let (true, true, Some(provenance)) = (write, writer.goes_on(), &provenance) {
+                progress.check("")?;
+                let text = provenance.frame(&scene, &sources(self.look.project, frame));
+                write = !writer.keeps_frame(frame, &text);
+                made_of = Some(text);
+            }
+            // The export's first frame sets the level of all, and smoothing goes from frame to frame.
+            if write || frame == start || is_smooth {
+                planned.push(Plan {
+                    frame,
+                    scene,
+                    made_of,
+                    write,
+                });
+            }
+        }
+        let relit = planned.iter().filter(|plan| plan.write).count();
+        if relit < count {
+            progress.say(format!(
+                "{} of {count} frames are there already",
+                count - relit
+            ));
+        }
+        if relit == 0 {
+            planned.clear();
+        }
+        Ok((planned, provenance))
+    }
+
+    /// Predicts and lights a frame; None if it is not to be written.
+    pub fn relight_frame(
+        &mut self,
+        plan: &Plan,
+        frame: &Frame,
+        plate: Option<&Plate>,
+    ) -> Result<Option<Made>> {
+        let (index, scene) = (plan.frame, &plan.scene);
+        let started = Instant::now();
+        let predicted = self.predictor.predict_on_device(frame)?;
+        let field = self.encoder.encode(predicted, self.compute.passes())?;
+        let predict_ms = Some(started.elapsed().as_secs_f64() * 1e3);
+        let rig = &self.calibration.rig;
+        let (light, weights_ms) = EnvironmentLight::update(
+            &mut self.light,
+            &self.look.environment,
+            rig,
+            scene,
+            (&field, &frame.mask),
+        )?;
+        self.uncovered_energy = light.weights().uncovered;
+        let solo = (!self.solo.is_empty()).then(|| light.solo(&self.solo));
+        let of = Ingredients {
+            weights: solo.as_ref().unwrap_or(light.weights()),
+            upstream: Upstream {
+                predict_ms,
+                weights_ms,
+            },
+            extra: Extra {
+                plate,
+                identity: Identity {
+                    frame: index as u64,
+                    ..Identity::default()
+                },
+                ..Extra::default()
+            },
+            ..light.on(&field, &frame.mask)
+        };
+        let plate = (&frame.plate, &frame.mask);
+        let picture = self.series.compose(scene, plate, &of)?;
+        add_times(&mut self.passes, &picture);
+        if !plan.write {
+            return Ok(None);
+        }
+        let lamps = || lights(scene, &of, rig);
+        let lights = self.look.settings.files.layers.then(lamps).transpose()?;
+        Ok(Some(Made { picture, lights }))
+    }
+
+    /// Says what each pass did and took.
+    pub fn profile(&self, stages: Stages, progress: &Progress) {
+        let turned = self.look.front.turned(self.look.settings.yaw_deg);
+        progress.say(conventions::sentence(turned));
+        progress.say(match self.compute.passes() {
+            Some(_) => "The passes ran on the GPU, timed by its own clock",
+            None => "The passes ran on the CPU, timed by the wall clock",
+        });
+        progress.say(self.encoder.sentence());
+        progress.say(stages.sentence());
+        for pass in &self.passes {
+            let time = match pass.ms {
+                None => "   not timed".to_owned(),
+                Some(ms) if pass.ran || ms > 0.0 => format!("{ms:9.3} ms"),
+                Some(_) => "     skipped".to_owned(),
+            };
+            progress.say(format!("{:16} {time}  {}", pass.name, pass.reason));
+        }
+    }
+}
+
+/// The subject under each lamp, and under all of them as the compositor sums them: without what is behind it
+/// and without effects.
+fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
+    let plain = Scene {
+        background: Background::None,
+        effects: Effects::default(),
+        output: Output::Linear,
+        ..scene.clone()
+    };
+    let factor = of.levels.subject * scene.exposure_stops.exp2();
+    let weights = of.weights.per_lamp.iter();
+    let weights = weights.map(|weight| weight.map(|share| share * factor));
+    let names = rig.lamps.iter().map(|lamp| &lamp.name);
+    let mut layers = LightLayers::of(of.field, of.mask, names.zip(weights))?;
+    if let Some(plate) = of.plate() {
+        for layer in &mut layers.lamps {
+            layer.picture = plate.relit(&layer.picture, of.mask);
+        }
+    }
+    Ok(Lights {
+        layers,
+        subject: compose(
+            &plain,
+            &Ingredients {
+                extra: Extra {
+                    plate: of.extra.plate,
+                    ..Extra::default()
+                },
+                ..*of
+            },
+        )?,
+    })
+}
+
+fn add_times(sums: &mut Vec<PassReport>, picture: &Picture) {
+    let times: Vec<Option<f64>> = sums.iter().map(|pass| pass.ms).collect();
+    sums.clone_from(&picture.passes);
+    for (pass, earlier) in sums.iter_mut().zip(times) {
+        pass.ms = pass.ms.zip(earlier).map(|(ms, earlier)| ms + earlier);
+    }
+}

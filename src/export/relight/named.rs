@@ -1,0 +1,75 @@
+//! What is asked for by its name: an environment, and lamps.
+
+use base::error::{Error, Result};
+use base::progress::Progress;
+use light::conventions::Front;
+use light::panorama::{self, ReadSettings};
+use light::{Environment, Mapping, Rig, built_in};
+use project::{KnownEnvironment, Project};
+use std::path::Path;
+
+/// The environment that is called so, one of the project's, a file, or one that is built in, and which way is
+/// front in it as far as the project remembers. What had to be guessed or mended in a file is said.
+///
+/// # Errors
+/// When there is none, or its file cannot be read as such.
+pub fn find_environment(
+    project: &Project,
+    wanted: &Path,
+    mapping: Option<Mapping>,
+    progress: &Progress,
+) -> Result<(Environment, Front)> {
+    let named = project.environment(wanted);
+    if let Some(complaint) = named.as_ref().and_then(KnownEnvironment::complaint) {
+        progress.say(complaint);
+    }
+    let file = named.as_ref().map_or(wanted, |named| &named.file);
+    if named.is_some() || file.exists() {
+        let reading = ReadSettings {
+            mapping,
+            ..ReadSettings::default()
+        };
+        let panorama = panorama::read(file, &reading)?;
+        panorama.notes.iter().for_each(|note| progress.say(note));
+        let front = named.and_then(|named| named.front).unwrap_or_default();
+        return Ok((panorama.environment, front));
+    }
+    if let Some(own) = wanted.to_str().and_then(built_in::named) {
+        return Ok((Environment::clone(&own.environment()), Front::default()));
+    }
+    let own = built_in::all().into_iter().map(|own| own.name.to_owned());
+    let known = project.environments().into_iter().map(|known| known.name);
+    let names: Vec<String> = known.chain(own).collect();
+    Err(Error::missing(
+        format!(
+            "{} is neither a panorama's file nor one of the environments {}",
+            wanted.display(),
+            names.join(", ")
+        ),
+        "Check the path",
+    ))
+}
+
+/// The numbers of the lamps of these names, ascending.
+///
+/// # Errors
+/// When there is no such lamp.
+pub fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
+    let number = |name: &String| {
+        let place = rig.lamps.iter().position(|lamp| lamp.name == *name);
+        place.ok_or_else(|| {
+            let known: Vec<&str> = rig.lamps.iter().map(|lamp| lamp.name.as_str()).collect();
+            Error::missing(
+                format!(
+                    "there is no lamp {name:?}: the lamps are {}",
+                    known.join(", ")
+                ),
+                "Name lamps that the network has learnt",
+            )
+        })
+    };
+    let mut numbers = names.iter().map(number).collect::<Result<Vec<_>>>()?;
+    numbers.sort_unstable();
+    numbers.dedup();
+    Ok(numbers)
+}

@@ -1,0 +1,145 @@
+//! The job's end: every frame is looked at, and the movie made.
+
+use super::chunk::FRAMES;
+use super::chunks::spans;
+use super::job::Job;
+use super::record::Record;
+use super::shell::quoted;
+use base::error::{Error, Result};
+use base::files::write_beside;
+use base::progress::Progress;
+use export::{Flaw, FlawedFrame, flawed_frames, join_movie};
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Spans of frames that a sentence names.
+const NAMED: usize = 8;
+
+/// What came of a job; `report.json` holds it.
+#[derive(Clone, Debug, Serialize)]
+pub struct AssembleReport {
+    /// Number of frames.
+    pub frames: usize,
+    /// Where the result is; None if frames have to be written again.
+    pub output: Option<String>,
+    /// What was written beside it for other programs, in the order in which it was asked for.
+    pub hand_over: Vec<PathBuf>,
+    /// Frames that have to be written again.
+    pub flawed: Vec<FlawedFrame>,
+    /// Commands that write them.
+    pub again: Vec<String>,
+    /// Seconds of all workers together, as far as chunks recorded them.
+    pub worker_seconds: f64,
+    /// Bytes of all frames.
+    pub frame_bytes: u64,
+    pub chunks: Vec<Record>,
+}
+
+impl AssembleReport {
+    /// What came of it, in a sentence.
+    pub fn sentence(&self) -> String {
+        let files: Vec<String> = (self.hand_over.iter())
+            .map(|file| file.display().to_string())
+            .collect();
+        let handed_over = match &files[..] {
+            [] => String::new(),
+            files => format!(". To hand over: {}", files.join(", ")),
+        };
+        format!(
+            "All {} frames are there, whole and of this job: {}. The workers took {:.1} s together{handed_over}",
+            self.frames,
+            self.output.as_deref().unwrap_or_default(),
+            self.worker_seconds
+        )
+    }
+}
+
+/// Checks that each frame of the job in `folder` is there, whole and made of the snapshot, then makes the movie as one
+/// export would have, and what other programs need to open it; stills stay where they are. `report.json` says what came of it.
+///
+/// # Errors
+/// When frames have to be written again (the sentence has the commands), the job is another program's, its snapshot or the
+/// footage has changed, a file cannot be written, or a stop was asked for.
+pub fn assemble(
+    folder: &Path,
+    shoot: Option<&Path>,
+    progress: &Progress,
+) -> Result<AssembleReport> {
+    let (work, project) = Job::open(folder)?.export(folder, shoot)?;
+    let frames = folder.join(FRAMES);
+    let flawed = flawed_frames(&project, &work.settings, &frames, progress)?;
+    let again = spans(flawed.iter().map(|flawed| flawed.frame));
+    let job = quoted(&folder.display().to_string());
+    let chunks = Record::all(folder);
+    let mut report = AssembleReport {
+        frames: work.frames.1 - work.frames.0 + 1,
+        output: None,
+        hand_over: Vec::new(),
+        again: (again.iter())
+            .map(|span| format!("afterlight farm-chunk {job} --frames {span}"))
+            .collect(),
+        flawed,
+        worker_seconds: chunks.iter().map(|chunk| chunk.seconds).sum(),
+        frame_bytes: chunks.iter().map(|chunk| chunk.bytes).sum(),
+        chunks,
+    };
+    if !report.flawed.is_empty() {
+        save(&report, folder)?;
+        return Err(refusal(&report, &job));
+    }
+    let output = join_movie(&project, &work.settings, &frames, progress)?;
+    report.hand_over = handover::hand_over(&project, &work.settings, &output, progress)?;
+    report.output = Some(output);
+    save(&report, folder)?;
+    Ok(report)
+}
+
+fn save(report: &AssembleReport, folder: &Path) -> Result<()> {
+    let text = serde_json::to_string_pretty(report)
+        .map_err(|e| Error::bug(format!("the job's report cannot be written: {e}")))?;
+    write_beside(&folder.join("report.json"), |out| {
+        out.write_all(text.as_bytes())
+    })
+}
+
+/// Which frames have to be written again, and how.
+fn refusal(report: &AssembleReport, job: &str) -> Error {
+    let of = |flaw: Flaw, one: &str, many: &str| {
+        let frames = report.flawed.iter().filter(|frame| frame.flaw == flaw);
+        let found = spans(frames.map(|frame| frame.frame));
+        let count: usize = found.iter().map(|span| span.count).sum();
+        let named: Vec<String> = found.iter().take(NAMED).map(ToString::to_string).collect();
+        let more = if found.len() > NAMED { " …" } else { "" };
+        let what = if count == 1 { one } else { many };
+        (count > 0).then(|| format!("{}{more} {what}", named.join(", ")))
+    };
+    let kinds = [
+        of(Flaw::Missing, "is missing", "are missing"),
+        of(Flaw::Broken, "is not whole", "are not whole"),
+        of(
+            Flaw::MadeOfOther,
+            "was made of another project, look, footage or version",
+            "were made of another project, look, footage or version",
+        ),
+    ];
+    let kinds: Vec<String> = kinds.into_iter().flatten().collect();
+    let commands: Vec<&str> = (report.again.iter().take(NAMED).map(String::as_str)).collect();
+    let more = if report.again.len() > NAMED {
+        " … (all are in report.json)"
+    } else {
+        ""
+    };
+    Error::invalid(
+        format!(
+            "{} of {} frames have to be written again: {}",
+            report.flawed.len(),
+            report.frames,
+            kinds.join("; ")
+        ),
+        format!(
+            "Run {}{more}, then afterlight farm-assemble {job}",
+            commands.join("; ")
+        ),
+    )
+}

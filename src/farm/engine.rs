@@ -1,0 +1,30 @@
+//! The programs that run a job on many machines.
+
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+/// What runs the job.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Engine {
+    /// Open Job Description: a template, for AWS Deadline Cloud, openjd-cli and others.
+    #[default]
+    #[value(name = "openjd")]
+    #[serde(rename = "openjd")]
+    OpenJobDescription,
+    /// Slurm: an array script.
+    Slurm,
+}
+
+impl Engine {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::OpenJobDescription, Self::Slurm];
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OpenJobDescription => "Open Job Description",
+            Self::Slurm => "Slurm",
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! Work that a farm does: a job is a folder with a snapshot of the project, which workers only read, and the files of the
+//! engine that runs it.
+//!
+//! ```text
+//! JOB/
+//!   job.json            what is to be made, by which program, of which files (by hash)
+//!   snapshot/           project.toml, calibration.toml, checkpoint/, mattes/, the environment and the look-up table
+//!   template.json       Open Job Description's, or
+//!   submit.sh, chunk.sh, assemble.sh       Slurm's
+//!   frames/             frames of a movie, until it is joined; stills go where they are wanted
+//!   records/            what each chunk took
+//!   logs/               what each chunk said (Slurm)
+//!   report.json         what came of it
+//!   projects/           of a job that trains: a project for each task, as above
+//! ```
+
+mod assemble;
+mod chunk;
+mod chunks;
+mod engine;
+mod environment;
+mod job;
+mod open_job_description;
+mod program;
+mod record;
+mod settings;
+mod shell;
+pub mod simulation;
+mod slurm;
+mod snapshot;
+mod train;
+mod write;
+
+pub use assemble::{AssembleReport, assemble};
+pub use chunk::{ChunkReport, run_chunk};
+pub use chunks::FrameSpan;
+pub use engine::Engine;
+pub use job::{Job, PinnedFile, RelightWork, TrainTask, Work};
+pub use program::Program;
+pub use record::Record;
+pub use settings::{ChunkSettings, FarmSettings};
+pub use train::{Training, run_task, write_training};
+pub use write::{JobReport, write_job};

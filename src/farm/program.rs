@@ -1,0 +1,115 @@
+//! Which program wrote a job, and which runs it.
+
+use base::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::fmt::{self, Display};
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+use std::sync::OnceLock;
+
+/// A build of Afterlight.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Program {
+    pub version: String,
+    /// SHA-256 of its file, in hexadecimal digits.
+    pub sha256: String,
+}
+
+impl Program {
+    /// The one that runs.
+    ///
+    /// # Errors
+    /// When its file cannot be read.
+    pub fn this() -> Result<Self> {
+        static THIS: OnceLock<Program> = OnceLock::new();
+        if let Some(this) = THIS.get() {
+            return Ok(this.clone());
+        }
+        let own = || {
+            let path = std::env::current_exe()?;
+            sha256(&path).map(|(_, sum)| sum)
+        };
+        let sha256 = own().map_err(|e| {
+            let remedy = "Check that Afterlight's program file is there and can be read";
+            Error::io("read", "afterlight", e, remedy)
+        })?;
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        Ok(THIS.get_or_init(|| Self { version, sha256 }).clone())
+    }
+
+    /// Refuses a job that another program wrote: frames of two programs may differ.
+    ///
+    /// # Errors
+    /// Then, naming both.
+    pub(crate) fn check(&self, wrote: &Self, job: &Path) -> Result<()> {
+        if self == wrote {
+            return Ok(());
+        }
+        Err(Error::invalid(
+            format!(
+                "{} was written by Afterlight {wrote}, but this worker has {self}",
+                job.display()
+            ),
+            "Install that one on the workers, or write the job again with this one: frames of two programs may differ",
+        ))
+    }
+}
+
+impl Display for Program {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let short = self.sha256.get(..12).unwrap_or(&self.sha256);
+        write!(f, "{} (build {short})", self.version)
+    }
+}
+
+/// Bytes of a file, and their SHA-256 in hexadecimal digits.
+///
+/// # Errors
+/// When it cannot be read.
+pub(crate) fn sha256(path: &Path) -> io::Result<(u64, String)> {
+    let mut file: File = base::files::open(path)?;
+    let mut sum = Sha256::new();
+    let mut bytes = 0;
+    let mut piece = vec![0; 1 << 18];
+    loop {
+        match file.read(&mut piece)? {
+            0 => break,
+            read => {
+                bytes += read as u64;
+                sum.update(&piece[..read]);
+            }
+        }
+    }
+    let sum = sum.finalize();
+    let digits = sum.iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok((bytes, digits))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_the_published_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("abc");
+        std::fs::write(&path, "abc").unwrap();
+        // FIPS 180-4's example.
+        let wanted = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(sha256(&path).unwrap(), (3, wanted.to_owned()));
+    }
+
+    #[test]
+    fn another_program_is_refused_by_both_names() {
+        let [old, new] = [("0.1.0", 'a'), ("0.1.0", 'b')].map(|(version, digit)| Program {
+            version: version.to_owned(),
+            sha256: digit.to_string().repeat(64),
+        });
+        assert!(new.check(&new.clone(), Path::new("job")).is_ok());
+        let said = new.check(&old, Path::new("job")).unwrap_err().to_string();
+        let names = ["0.1.0 (build aaaaaaaaaaaa)", "0.1.0 (build bbbbbbbbbbbb)"];
+        assert!(names.iter().all(|name| said.contains(name)), "{said}");
+    }
+}

@@ -1,0 +1,64 @@
+//! What a chunk took, in a file of its own: no two chunks write the same.
+
+use base::error::{Error, Result};
+use base::files::{self, write_beside};
+use base::machine::Machine;
+use export::Stages;
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The newest run of a chunk.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// First and last frame.
+    pub frames: (usize, usize),
+    /// Frames that were there already.
+    pub kept: usize,
+    /// Seconds from the program's start to the last frame.
+    pub seconds: f64,
+    /// Of them, until the first frame was begun: the job was checked and the network read.
+    pub start_seconds: f64,
+    /// Mean milliseconds from one frame to the next, and in each stage.
+    pub stages: Stages,
+    /// Bytes of the frames that are there now.
+    pub bytes: u64,
+    /// Where the network ran, and why there.
+    pub device: String,
+    pub machine: Machine,
+}
+
+/// The file of the record of frames `first` to `last`, or of the lock on them.
+pub(crate) fn path(folder: &Path, (first, last): (usize, usize), ending: &str) -> PathBuf {
+    folder
+        .join("records")
+        .join(format!("{first:09}-{last:09}.{ending}"))
+}
+
+impl Record {
+    pub(crate) fn save(&self, folder: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|e| Error::bug(format!("a chunk's record cannot be written: {e}")))?;
+        write_beside(&path(folder, self.frames, "json"), |out| {
+            out.write_all(text.as_bytes())
+        })
+    }
+
+    /// All of a job, by frames. What is no record is left out: they are for people, nothing depends on them.
+    pub(crate) fn all(folder: &Path) -> Vec<Self> {
+        let entries = std::fs::read_dir(folder.join("records"));
+        let paths = entries
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path());
+        let is_record = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "json");
+        let read = |path: PathBuf| {
+            let text = files::read_text(&path, files::MOST_TEXT).ok()?;
+            serde_json::from_str::<Self>(&text).ok()
+        };
+        let mut found: Vec<Self> = paths.filter(is_record).filter_map(read).collect();
+        found.sort_unstable_by_key(|record| record.frames);
+        found
+    }
+}

@@ -1,0 +1,60 @@
+//! How a job is written.
+
+use super::engine::Engine;
+use base::numbers::within;
+use std::path::PathBuf;
+
+/// Where a job goes, and what runs it.
+#[derive(Clone, Debug, clap::Args)]
+pub struct FarmSettings {
+    /// The engine that runs the job.
+    #[arg(long, value_enum)]
+    pub engine: Engine,
+    /// The job's folder, made if it is missing. All workers have to see it.
+    #[arg(id = "job", long = "to", value_name = "DIR")]
+    pub job: PathBuf,
+    /// Memory that a worker needs, in GB.
+    #[arg(long = "memory", value_name = "GB", default_value_t = 4.0, value_parser = within(0.1f64..=4096.0))]
+    pub memory_gb: f64,
+    /// Afterlight on the workers [default: this program].
+    #[arg(long, value_name = "FILE")]
+    pub program: Option<PathBuf>,
+}
+
+/// How an export is divided.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct ChunkSettings {
+    /// Frames of a chunk [default: as many as take --chunk-minutes].
+    #[arg(long, value_name = "FRAMES", value_parser = within(1usize..=10_000_000))]
+    pub chunk: Option<usize>,
+    /// Minutes that a chunk is to take, by the rate that was measured: short ones lose little when a worker is lost, long
+    /// ones start the program less often.
+    #[arg(long, value_name = "MINUTES", default_value_t = 10.0, value_parser = within(0.05f64..=1e4))]
+    pub chunk_minutes: f64,
+}
+
+impl Default for ChunkSettings {
+    fn default() -> Self {
+        Self {
+            chunk: None,
+            chunk_minutes: 10.0,
+        }
+    }
+}
+
+impl FarmSettings {
+    /// As the command line has it without options.
+    pub fn new(engine: Engine, job: PathBuf) -> Self {
+        Self {
+            engine,
+            job,
+            memory_gb: 4.0,
+            program: None,
+        }
+    }
+
+    /// Memory of a worker in MiB.
+    pub(crate) fn memory_mib(&self) -> u64 {
+        (self.memory_gb * 1e9 / f64::from(1 << 20)).ceil() as u64
+    }
+}

@@ -1,0 +1,147 @@
+//! A job as Slurm has it: an array of chunks, and a last step that waits for them.
+
+use super::job::{RelightWork, TrainTask};
+use super::settings::FarmSettings;
+use super::shell::quoted;
+use base::error::{Error, Result};
+use base::files::write_beside;
+use gpu::DeviceChoice;
+use std::io::Write;
+use std::path::Path;
+
+/// Tasks of one array: Slurm's own limit (`MaxArraySize`) is 1001 where nobody changed it.
+const ARRAY: usize = 1000;
+
+/// Writes the scripts of an export; returns the command that submits them.
+///
+/// # Errors
+/// When a file cannot be written.
+pub(crate) fn write(
+    job: &Path,
+    name: &str,
+    program: &str,
+    farm: &FarmSettings,
+    work: &RelightWork,
+) -> Result<String> {
+    let (first, last) = work.frames;
+    let (size, device) = (work.chunk, work.settings.device);
+    let chunk = format!(
+        "from=$(({first} + task * {size}))\nexec {} farm-chunk . --frames \"$from+{size}\" --device {}\n",
+        quoted(program),
+        match device {
+            DeviceChoice::Auto => "auto",
+            DeviceChoice::Cpu => "cpu",
+            DeviceChoice::Gpu => "gpu",
+        }
+    );
+    script(job, "chunk.sh", &task_script(farm, device, "chunk", &chunk))?;
+    let assemble = format!(
+        "{}exec >>logs/assemble.log 2>&1\nexec {} farm-assemble .\n",
+        head(farm, DeviceChoice::Cpu),
+        quoted(program)
+    );
+    script(job, "assemble.sh", &assemble)?;
+    let chunks = (last - first + 1).div_ceil(size);
+    let submit = format!(
+        "{}sbatch --job-name={} --chdir=\"$job\" --output=/dev/null --dependency=\"afterok$ids\" assemble.sh\n",
+        submit_script(name, "chunk.sh", chunks),
+        quoted(&job_name(name))
+    );
+    script(job, "submit.sh", &submit)?;
+    Ok(command(job))
+}
+
+/// Writes the scripts of trainings; returns the command that submits them.
+///
+/// # Errors
+/// When a file cannot be written.
+pub(crate) fn write_training(
+    job: &Path,
+    name: &str,
+    program: &str,
+    farm: &FarmSettings,
+    tasks: &[TrainTask],
+) -> Result<String> {
+    let device = tasks
+        .first()
+        .map_or(DeviceChoice::Auto, |task| task.settings.device);
+    let train = format!("exec {} farm-chunk . --task \"$task\"\n", quoted(program));
+    script(job, "train.sh", &task_script(farm, device, "task", &train))?;
+    script(
+        job,
+        "submit.sh",
+        &submit_script(name, "train.sh", tasks.len()),
+    )?;
+    Ok(command(job))
+}
+
+fn command(job: &Path) -> String {
+    format!(
+        "sh {}",
+        quoted(&job.join("submit.sh").display().to_string())
+    )
+}
+
+/// What the scripts ask for. A worker that is lost is put back into the queue by Slurm itself.
+fn head(farm: &FarmSettings, device: DeviceChoice) -> String {
+    let gpu = match device {
+        DeviceChoice::Gpu => "#SBATCH --gres=gpu:1\n",
+        _ => "",
+    };
+    format!(
+        "#!/bin/sh\n#SBATCH --nodes=1\n#SBATCH --ntasks=1\n#SBATCH --mem={}M\n#SBATCH --requeue\n\
+         #SBATCH --open-mode=append\n{gpu}set -eu\nmkdir -p logs\n",
+        farm.memory_mib()
+    )
+}
+
+/// A script that runs once for each task, with a log for each.
+fn task_script(farm: &FarmSettings, device: DeviceChoice, what: &str, run: &str) -> String {
+    format!(
+        "{}task=$((${{1:-0}} + SLURM_ARRAY_TASK_ID))\nexec >>\"logs/{what}-$task.log\" 2>&1\n{run}",
+        head(farm, device)
+    )
+}
+
+/// The script that submits; `$ids` are the arrays, each after a colon.
+fn submit_script(name: &str, script: &str, tasks: usize) -> String {
+    format!(
+        "#!/bin/sh\n\
+         # Submits the job. It can be submitted again: what is there, whole and of this job, is not made again.\n\
+         # Options for sbatch, such as --partition=NAME, are taken from SBATCH_PARTITION and the like.\n\
+         set -eu\n\
+         cd \"$(dirname \"$0\")\"\n\
+         job=$(pwd)\n\
+         ids=\n\
+         first=0\n\
+         while [ \"$first\" -lt {tasks} ]; do\n\
+         \tlast=$(({tasks} - first - 1))\n\
+         \t[ \"$last\" -lt {ARRAY} ] || last=$(({ARRAY} - 1))\n\
+         \tid=$(sbatch --parsable --job-name={} --chdir=\"$job\" --output=/dev/null --array=\"0-$last\" {script} \"$first\")\n\
+         \techo \"Submitted array ${{id%%;*}}: tasks $first to $((first + last))\"\n\
+         \tids=\"$ids:${{id%%;*}}\"\n\
+         \tfirst=$((first + last + 1))\n\
+         done\n",
+        quoted(&job_name(name))
+    )
+}
+
+/// A name that queues show.
+fn job_name(project: &str) -> String {
+    let plain = |c: char| if c.is_control() { ' ' } else { c };
+    let name: String = project.chars().map(plain).take(60).collect();
+    format!("afterlight {name}")
+}
+
+fn script(job: &Path, name: &str, text: &str) -> Result<()> {
+    let path = job.join(name);
+    write_beside(&path, |out| out.write_all(text.as_bytes()))?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = std::fs::Permissions::from_mode(0o755);
+        std::fs::set_permissions(&path, mode)
+            .map_err(|e| Error::io("write", &path, e, "Check that the folder can be written"))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,169 @@
+//! The copy of a project that a job reads, so that the artist can go on with the project itself. Weights and mattes are hard
+//! links where the disk has them: the program never changes them in place.
+
+use super::environment::KeptEnvironment;
+use super::job::{ENVIRONMENT, PinnedFile, SNAPSHOT, TABLE};
+use base::error::{Error, Result};
+use base::files::write_beside;
+use base::progress::Progress;
+use export::relight::{RelightSettings, find_environment, frame_range};
+use project::{Matte, Picture, Project};
+use reflectance::checkpoint;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use training::checkpoints::LOGS;
+
+const REMEDY: &str = "Check that the job's folder can be written and the disk has room";
+
+/// Copies `project` to `to`, but for its pictures and network: settings and calibration. Its footage is named by a full path.
+///
+/// # Errors
+/// When something of it is missing, or files cannot be written.
+pub(crate) fn copy_project(project: &Project, to: &Path) -> Result<Project> {
+    std::fs::create_dir_all(to).map_err(|e| Error::io("write", to, e, REMEDY))?;
+    let mut copy = project.clone();
+    copy.root = to.to_path_buf();
+    let shoot = project.shoot_path("");
+    copy.settings.shoot.folder = (shoot.canonicalize()).map_err(|e| {
+        let remedy = "Check that the shoot is where the project says";
+        Error::io("open", &shoot, e, remedy)
+    })?;
+    // The job has the one that is used, and full paths mean nothing on other machines.
+    copy.settings.environments.clear();
+    copy.save()?;
+    copy_file(&project.calibration_path(), &copy.calibration_path())?;
+    Ok(copy)
+}
+
+/// Links a project's network and its logs into its copy, if it has one.
+///
+/// # Errors
+/// When it is damaged, or files cannot be written.
+pub(crate) fn copy_network(project: &Project, copy: &Project) -> Result<()> {
+    if !project.checkpoint_path().exists() {
+        return Ok(());
+    }
+    checkpoint::link(&project.checkpoint_path(), &copy.checkpoint_path())?;
+    for log in LOGS {
+        let from = project.result_path(log);
+        if from.exists() {
+            copy_file(&from, &copy.result_path(log))?;
+        }
+    }
+    Ok(())
+}
+
+/// Links the project's own mattes among `mattes` into its copy.
+///
+/// # Errors
+/// When they cannot be written.
+pub(crate) fn link_mattes(
+    project: &Project,
+    copy: &Project,
+    mattes: impl Iterator<Item = Matte>,
+) -> Result<()> {
+    for matte in mattes {
+        let Matte::Grey(Picture::File(file)) = matte else {
+            continue;
+        };
+        let Ok(inside) = file.strip_prefix(&project.root) else {
+            continue;
+        };
+        // A shoot's folder may lie within the project's.
+        if !inside.starts_with("mattes") || !file.is_file() {
+            continue;
+        }
+        let to = copy.root.join(inside);
+        let folder = to.parent().unwrap_or(&copy.root);
+        std::fs::create_dir_all(folder).map_err(|e| Error::io("write", folder, e, REMEDY))?;
+        link(&file, &to)?;
+    }
+    Ok(())
+}
+
+/// What jobs of an export read: the copy of the project, the environment and the look-up table. `settings` are those of the
+/// job from here on.
+///
+/// # Errors
+/// When something of the project is missing, or files cannot be read or written.
+pub(crate) fn take(
+    project: &Project,
+    settings: &mut RelightSettings,
+    job: &Path,
+    progress: &Progress,
+) -> Result<(Project, KeptEnvironment)> {
+    if !project.checkpoint_path().exists() {
+        let root = project.root.display();
+        return Err(Error::missing(
+            format!("{root} has no network yet"),
+            format!("Train it first: afterlight train {root}"),
+        ));
+    }
+    let (environment, front) = match &settings.read {
+        Some(read) => (read.clone(), Default::default()),
+        None => {
+            let (wanted, mapping) = (&settings.environment, settings.mapping);
+            let (found, front) = find_environment(project, wanted, mapping, progress)?;
+            (Arc::new(found), front)
+        }
+    };
+    settings.front = Some(settings.front.unwrap_or(front));
+    let kept = KeptEnvironment::write(&environment, &job.join(ENVIRONMENT))?;
+    settings.read = Some(environment);
+    let copy = copy_project(project, &job.join(SNAPSHOT))?;
+    copy_network(project, &copy)?;
+    if let Some(table) = &mut settings.files.lut {
+        let to = job.join(TABLE);
+        copy_file(table, &to)?;
+        *table = to;
+    }
+    let (first, last) = frame_range(project, settings.frames)?;
+    // In place of a damaged frame the one before it is shown.
+    let frames = first.saturating_sub(1)..=last;
+    link_mattes(
+        project,
+        &copy,
+        frames.map(|frame| project.frame_matte(frame)),
+    )?;
+    Ok((copy, kept))
+}
+
+/// The files of a job's snapshot, with their hashes, in order. Mattes are left out: each frame says what
+/// it was made of.
+///
+/// # Errors
+/// When they cannot be read.
+pub(crate) fn pin(job: &Path) -> Result<Vec<PinnedFile>> {
+    let mut names = BTreeSet::new();
+    let mut folders = vec![PathBuf::from(SNAPSHOT)];
+    while let Some(folder) = folders.pop() {
+        let full = job.join(&folder);
+        let entries = std::fs::read_dir(&full).map_err(|e| Error::io("open", &full, e, REMEDY))?;
+        for entry in entries.flatten() {
+            let name = folder.join(entry.file_name());
+            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+            match is_folder {
+                true if name.ends_with("mattes") => {}
+                true => folders.push(name),
+                false => drop(names.insert(name)),
+            }
+        }
+    }
+    (names.into_iter())
+        .map(|name| PinnedFile::of(job, name))
+        .collect()
+}
+
+pub(crate) fn copy_file(from: &Path, to: &Path) -> Result<()> {
+    let mut file = base::files::open(from)
+        .map_err(|e| Error::io("open", from, e, "Make it first, or check that it is there"))?;
+    write_beside(to, |out| std::io::copy(&mut file, out).map(drop))
+}
+
+fn link(from: &Path, to: &Path) -> Result<()> {
+    match std::fs::hard_link(from, to) {
+        Ok(()) => Ok(()),
+        Err(_) => copy_file(from, to),
+    }
+}

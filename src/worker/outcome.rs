@@ -1,0 +1,185 @@
+//! What long actions made: figures for scripts, and sentences for people.
+
+mod sentence;
+
+use crate::demo::DemoReport;
+use benchmark::MachineReport;
+use calibration::Calibration;
+use calibration::develop::DevelopReport;
+use check::CheckReport;
+use confidence::ConfidenceReport;
+use evaluation::EvaluateReport;
+use evaluation::blind::{AnswersReport, BlindReport};
+use evaluation::review::ReviewReport;
+use export::relight::RelightReport;
+use farm::{AssembleReport, ChunkReport, JobReport};
+use footage::{FrameReport, MattesReport};
+use imaging::DualGamma;
+use light::subset::Subset;
+use project::{KnownEnvironment, Project};
+use reflectance::checkpoint::CheckpointInfo;
+use sentence::{developed, evaluated, imported, listed, reviewed, staged};
+use serde::{Serialize, Serializer};
+use std::path::PathBuf;
+use tradeoff::{Applied, TradeoffReport};
+use training::TrainReport;
+use virtual_stage::StageReport;
+
+/// What a job made. Serialised, it is the figures alone.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Outcome {
+    Staged(StageReport),
+    Imported(ImportReport),
+    Listed(EnvironmentsReport),
+    Developed(DevelopReport),
+    Calibrated(#[serde(serialize_with = "calibrated")] Box<Calibration>),
+    Checked(CheckReport),
+    Trained(TrainReport),
+    Relit(RelightReport),
+    Evaluated(EvaluateReport),
+    Reviewed(ReviewReport),
+    Compared(BlindReport),
+    Answered(AnswersReport),
+    Trusted(Box<ConfidenceReport>),
+    Measured(Box<TradeoffReport>),
+    Applied(Applied),
+    Shown(Box<DemoReport>),
+    Machine(Box<MachineReport>),
+    Packed(CheckpointInfo),
+    WentBack(WentBack),
+    Farmed(JobReport),
+    Chunk(ChunkReport),
+    Assembled(Box<AssembleReport>),
+    Framed(FrameReport),
+    Matted(MattesReport),
+}
+
+/// The checkpoint that training goes on from now.
+#[derive(Clone, Debug, Serialize)]
+pub struct WentBack {
+    pub info: CheckpointInfo,
+    /// Whether it has the optimiser's state, so that training goes on as if it had not stopped.
+    pub optimizer: bool,
+}
+
+/// The environments that a project has now.
+#[derive(Clone, Debug, Serialize)]
+pub struct EnvironmentsReport {
+    pub environments: Vec<KnownEnvironment>,
+}
+
+/// What an import found.
+#[derive(Clone, Debug, Serialize)]
+pub struct ImportReport {
+    pub project: PathBuf,
+    pub name: String,
+    /// Working size in pixels.
+    pub size: usize,
+    /// Numbers of what the shoot holds.
+    pub poses: usize,
+    pub lamps: usize,
+    pub frames: usize,
+    pub environments: usize,
+    /// How evenly a part of the lamps was chosen, in degrees: the largest distance of a direction that the whole rig
+    /// covers to a lamp, and the smallest distance of two lamps. None if all lamps are used.
+    pub covering_deg: Option<f32>,
+    pub separation_deg: Option<f32>,
+}
+
+impl ImportReport {
+    pub(crate) fn of(project: &Project, subset: Option<&Subset>) -> Self {
+        let shoot = &project.settings.shoot;
+        Self {
+            project: project.root.clone(),
+            name: project.settings.name.clone(),
+            size: project.settings.size,
+            poses: shoot.poses.len(),
+            lamps: shoot.lamps.len(),
+            frames: shoot.frames.len(),
+            environments: shoot.environments.len(),
+            covering_deg: subset.map(|s| s.covering_deg),
+            separation_deg: subset.map(|s| s.separation_deg),
+        }
+    }
+}
+
+impl Outcome {
+    /// Sentences that say what came of the job.
+    pub fn sentence(&self) -> String {
+        match self {
+            Self::Staged(report) => staged(report),
+            Self::Imported(found) => imported(found),
+            Self::Listed(report) => listed(report),
+            Self::Developed(report) => developed(report),
+            Self::Calibrated(found) => format!(
+                "{} lamps found; camera response {}, exposure {:.3}; {:.1} % of the interview's light comes \
+                 from directions without a lamp",
+                found.rig.lamps.len(),
+                found.response,
+                found.exposure,
+                100.0 * found.uncovered_energy
+            ),
+            Self::Checked(report) => report.sentence(),
+            Self::Trained(report) => format!(
+                "{} steps in {:.0} s on the {}. Error: OLATs {:.4}, relit {:.4}, measured by {}",
+                report.steps,
+                report.seconds,
+                report.device,
+                report.loss_rec,
+                report.loss_render,
+                report.features
+            ),
+            Self::Relit(report) => report.sentence(),
+            Self::Evaluated(report) => evaluated(report),
+            Self::Reviewed(report) => reviewed(report),
+            Self::Compared(report) => report.sentence(),
+            Self::Answered(report) => report.sentence(),
+            Self::Trusted(report) => report.sentence(),
+            Self::Measured(report) => report.sentence(),
+            Self::Applied(applied) => applied.sentence(),
+            Self::Shown(report) => report.sentence(),
+            Self::Machine(report) => report.sentence(),
+            Self::Farmed(report) => report.sentence(),
+            Self::Chunk(report) => report.sentence(),
+            Self::Assembled(report) => report.sentence(),
+            Self::WentBack(WentBack { info, optimizer }) => format!(
+                "The checkpoint of step {} is restored, after {:.0} s of training. The one before is in the list of \
+                 checkpoints. {}",
+                info.step,
+                info.seconds,
+                if *optimizer {
+                    "Training resumes there as if it had never stopped."
+                } else {
+                    "It has no optimiser state: training resumes from its weights with a new optimiser."
+                }
+            ),
+            Self::Framed(report) => report.sentence(),
+            Self::Matted(report) => report.sentence(),
+            Self::Packed(info) => {
+                format!(
+                    "A network for {} lamps at {} pixels",
+                    info.network.lamps, info.network.size
+                )
+            }
+        }
+    }
+}
+
+/// Of a response that has no exponents, those of the nearest dual gamma are told too: scripts read them.
+fn calibrated<S: Serializer>(found: &Calibration, to: S) -> std::result::Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Figures<'a> {
+        #[serde(flatten)]
+        nearest: Option<DualGamma>,
+        #[serde(flatten)]
+        found: &'a Calibration,
+    }
+    let response = &found.response;
+    let has_exponents = response.exponents().is_some();
+    Figures {
+        nearest: (!has_exponents).then(|| response.nearest_dual_gamma().0),
+        found,
+    }
+    .serialize(to)
+}

@@ -1,0 +1,158 @@
+//! Sentences of reports that have none of their own.
+
+use super::{EnvironmentsReport, ImportReport};
+use calibration::develop::DevelopReport;
+use evaluation::review::{Means, ReviewReport};
+use evaluation::{EvaluateReport, Method};
+use virtual_stage::StageReport;
+
+pub(super) fn staged(report: &StageReport) -> String {
+    let mut text = format!(
+        "{} files in {:.0} s. What was traced:",
+        report.files, report.seconds
+    );
+    for effect in &report.effects {
+        let share = 100.0 * effect.share;
+        text += &format!(
+            "\n  {} for {share:.1} % of {}; elsewhere {}",
+            effect.name, effect.of, effect.skipped
+        );
+    }
+    text
+}
+
+pub(super) fn imported(found: &ImportReport) -> String {
+    let mut text = format!(
+        "{}: {} frames, {} poses under {} lamps, {} environments, working size {} pixels. The project is in {}",
+        found.name,
+        found.frames,
+        found.poses,
+        found.lamps,
+        found.environments,
+        found.size,
+        found.project.display()
+    );
+    if let (Some(covering), Some(separation)) = (found.covering_deg, found.separation_deg) {
+        text += &format!(
+            "\nThe lamps are evenly distributed: every direction that the whole rig covers is within {covering:.1}° \
+             of one of them, and no two are closer than {separation:.1}°"
+        );
+    }
+    text
+}
+
+pub(super) fn listed(report: &EnvironmentsReport) -> String {
+    let lines = report.environments.iter().map(|known| {
+        let front = known.front.map_or(String::new(), |front| {
+            format!(", front at yaw {:.1}°", front.yaw_deg())
+        });
+        let owner = if known.added { "added" } else { "the shoot's" };
+        let line = format!("{}: {}, {owner}{front}", known.name, known.file.display());
+        match known.complaint() {
+            Some(complaint) => format!("{line}. {complaint}"),
+            None => line,
+        }
+    });
+    let lines: Vec<String> = lines.collect();
+    match lines.is_empty() {
+        true => "The project has no environments of its own yet".to_owned(),
+        false => lines.join("\n"),
+    }
+}
+
+pub(super) fn developed(report: &DevelopReport) -> String {
+    let mut text = format!("{}:", report.written.display());
+    for (i, ball) in report.balls.iter().enumerate() {
+        text += &format!(
+            " ball {} has its centre at {:.1}, {:.1} and a radius of {:.1} pixels, by {:.0} % of its rim to within \
+             {:.2} pixels; {} pixels are clipped;",
+            i + 1,
+            ball.circle.center_px[0],
+            ball.circle.center_px[1],
+            ball.circle.radius_px,
+            100.0 * ball.rim_share,
+            ball.residual_px,
+            report.clipped_pixels[i]
+        );
+    }
+    text += &format!(
+        " the photographs do not show {:.1} % of the sphere, where {:.1} % of the light was filled in",
+        100.0 * report.blind_share,
+        100.0 * report.filled_share
+    );
+    let estimated = report
+        .estimated_energy_share
+        .iter()
+        .copied()
+        .fold(0.0, f32::max);
+    if estimated > 0.0 {
+        text += &format!(
+            "; {:.1} % of the light was estimated, for clipped lamps",
+            100.0 * estimated
+        );
+    }
+    if let (Some(ratio), Some(stops)) = (report.exposure_ratio, report.disagreement_stops) {
+        text += &format!(
+            "; the second ball is {ratio:.3} times as bright, and differs by {stops:.2} stops (median)"
+        );
+    }
+    text
+}
+
+pub(super) fn evaluated(report: &EvaluateReport) -> String {
+    let scores = &report.scores;
+    let method = match scores.method {
+        Method::Network => "The network",
+        Method::TruthOlats => "The true OLATs",
+        Method::Nearest => "The nearest pose",
+        Method::Ratio => "The ratio image",
+        Method::Harmonics => "The ratio image of low-order harmonics",
+        Method::Texler => "Patch-based training (Texler 2020)",
+        Method::Sun => "Portrait relighting (Sun 2019)",
+    };
+    let relit: Vec<String> = scores
+        .relit_psnr_db
+        .iter()
+        .map(|(name, db)| format!("{db:.2} dB under {name}"))
+        .collect();
+    let olats = scores
+        .olat_psnr_db
+        .map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
+    let frames: Vec<String> = scores.frames.iter().map(ToString::to_string).collect();
+    let (relit, frames) = (relit.join(", "), frames.join(", "));
+    let flicker = report
+        .flicker
+        .map_or(String::new(), |flicker| format!("\n{}", flicker.sentence()));
+    let learnt = match (report.training_seconds, report.training_steps) {
+        (Some(seconds), Some(steps)) if scores.method.learns() => {
+            let minutes = seconds / 60.0;
+            let ms = scores.frame_ms.unwrap_or_default();
+            format!("; learnt for {minutes:.1} min, {steps} steps; {ms:.0} ms a picture")
+        }
+        _ => String::new(),
+    };
+    format!("{method}: {relit}{olats}; frames {frames}{learnt}{flicker}")
+}
+
+pub(super) fn reviewed(report: &ReviewReport) -> String {
+    let over = |what: &str, means: &Means| {
+        let cell = &means.over_cells;
+        format!(
+            "{} {what}: FLIP {:.3}, PSNR {:.1} dB, SSIM {:.3}",
+            means.cases, cell.flip, cell.psnr_db, cell.ssim
+        )
+    };
+    let unseen = (report.unseen.iter()).map(|m| over("frames or poses kept out of training", m));
+    let seen = report.seen.iter().map(|m| over("seen in training", m));
+    let mut text = unseen.chain(seen).collect::<Vec<_>>().join("; ");
+    if let Some(worst) = report.worst.first() {
+        text += &format!(
+            ". The worst is {} in {}, FLIP {:.3}",
+            worst.lamp, worst.case, worst.cell.flip
+        );
+    }
+    if let Some(path) = &report.report {
+        text += &format!(". The report is {}", path.display());
+    }
+    text
+}

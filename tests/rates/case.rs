@@ -1,0 +1,148 @@
+//! What is measured: the demo's interview at several sizes of its plates and of the network, with more and fewer lamps.
+
+use super::{Afterlight, Result};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A size of everything.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Case {
+    /// Columns and rows of the plates.
+    pub plate: (usize, usize),
+    /// Working size in pixels.
+    pub network: usize,
+    pub lamps: usize,
+    /// Whether frames are EXR stills; otherwise they become ProRes 4444.
+    pub stills: bool,
+}
+
+const fn case(plate: (usize, usize), network: usize, lamps: usize, stills: bool) -> Case {
+    Case {
+        plate,
+        network,
+        lamps,
+        stills,
+    }
+}
+
+const HD: (usize, usize) = (1080, 1920);
+
+/// The first is what the simulated tables are of.
+pub const CASES: [Case; 6] = [
+    case(HD, 128, 41, false),
+    case(HD, 128, 41, true),
+    case(HD, 64, 41, false),
+    case(HD, 128, 10, false),
+    case((540, 960), 128, 41, false),
+    case((2160, 3840), 128, 41, false),
+];
+
+impl Case {
+    /// What it is called in tables.
+    pub fn words(&self) -> String {
+        let (width, height) = self.plate;
+        let files = match self.stills {
+            true => "EXR",
+            false => "ProRes 4444",
+        };
+        format!(
+            "{width} × {height}, network of {} pixels, {} lamps, {files}",
+            self.network, self.lamps
+        )
+    }
+
+    /// Its project and its shoot in `folder`, made if they are not there. The network has hardly learnt anything: it takes as
+    /// long as one that has.
+    pub fn prepare(&self, afterlight: &Afterlight, folder: &Path) -> Result<[PathBuf; 2]> {
+        let (width, height) = self.plate;
+        let Self { network, lamps, .. } = self;
+        let project = folder.join(format!("{width}x{height}-{network}-{lamps}"));
+        let shoot = folder.join(format!("shoot-{width}x{height}"));
+        if project.join("checkpoint/checkpoint.toml").exists() {
+            return Ok([project, shoot]);
+        }
+        let demo = folder.join("demo");
+        afterlight.run("demo", &[text(&demo)?, "--prepare"])?;
+        enlarge(&demo.join("shoot"), &shoot, self.plate)?;
+        let name = text(&project)?;
+        let [network, lamps] = [network, lamps].map(ToString::to_string);
+        // A run that was stopped may have left it.
+        if !project.join("project.toml").exists() {
+            let import = [
+                "--shoot",
+                text(&shoot)?,
+                "--size",
+                &network,
+                "--lamps",
+                &lamps,
+            ];
+            afterlight.run("import", &[&[name], &import[..]].concat())?;
+        }
+        afterlight.run("calibrate", &[name])?;
+        afterlight.run("train", &[name, "--minutes", "0.1", "--device", "cpu"])?;
+        Ok([project, shoot])
+    }
+}
+
+/// Whether a file of a shoot belongs to its interview: a plate or a matte.
+pub fn is_interview(shoot: &Path, file: &Path) -> bool {
+    let inside = file.strip_prefix(shoot).unwrap_or(file);
+    let folder = inside.components().next();
+    folder.is_some_and(|folder| {
+        let name = folder.as_os_str().to_string_lossy();
+        name == "interview" || name == "interview_masks"
+    })
+}
+
+/// Copies a shoot with its interview at another size.
+fn enlarge(from: &Path, to: &Path, (width, height): (usize, usize)) -> Result<()> {
+    let fail = |e: std::io::Error| format!("{} cannot be copied: {e}", from.display());
+    // It is copied last.
+    const MARK: &str = "manifest.json";
+    if to.join(MARK).exists() {
+        return Ok(());
+    }
+    for file in files(from)? {
+        let target = to.join(file.strip_prefix(from).unwrap_or(&file));
+        std::fs::create_dir_all(target.parent().unwrap_or(to)).map_err(fail)?;
+        if is_interview(from, &file) {
+            scale(&file, &target, (width, height))?;
+        } else if !file.ends_with(MARK) {
+            std::fs::copy(&file, &target).map_err(fail)?;
+        }
+    }
+    std::fs::copy(from.join(MARK), to.join(MARK)).map_err(fail)?;
+    Ok(())
+}
+
+/// All files in a folder and those within it.
+pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let fail = |e: std::io::Error| format!("{}: {e}", folder.display());
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(fail)? {
+        let path = entry.map_err(fail)?.path();
+        match path.is_dir() {
+            true => found.extend(files(&path)?),
+            false => found.push(path),
+        }
+    }
+    Ok(found)
+}
+
+fn scale(from: &Path, to: &Path, (width, height): (usize, usize)) -> Result<()> {
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-v", "error", "-y", "-i"]).arg(from);
+    let filter = format!("scale={width}:{height}:flags=lanczos");
+    let output = ffmpeg.args(["-q:v", "2", "-vf", &filter]).arg(to).output();
+    let output = output.map_err(|e| format!("ffmpeg does not start: {e}"))?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    match output.status.success() {
+        true => Ok(()),
+        false => Err(format!("{} cannot be enlarged: {said}", from.display())),
+    }
+}
+
+pub fn text(path: &Path) -> Result<&str> {
+    path.to_str()
+        .ok_or_else(|| format!("the path {} is not UTF-8", path.display()))
+}

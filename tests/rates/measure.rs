@@ -1,0 +1,124 @@
+//! What a frame takes and moves, as workers of a farm make it.
+
+use super::case::{Case, files, is_interview, text};
+use super::{Afterlight, Result};
+use std::io::ErrorKind;
+use std::path::Path;
+use std::time::Instant;
+
+/// How often each is measured; the fastest counts, for other work only adds.
+const TIMES: usize = 2;
+/// Frames of the interview that are relit, and of a shorter job: the difference has no starts.
+const LONG: usize = 12;
+const SHORT: usize = 3;
+/// Chunks whose difference is six frames. Neither has the first frame, which both predict for its level.
+const CHUNKS: [&str; 2] = ["1-2", "3-10"];
+const CHUNKS_APART: f64 = 6.0;
+
+/// What a frame takes and moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rate {
+    /// What it is of, for tables.
+    pub what: String,
+    /// Milliseconds from one frame to the next on all threads of the machine.
+    pub frame_ms: f64,
+    /// Seconds until a chunk's first frame is begun.
+    pub start_seconds: f64,
+    /// Megabytes of a frame's plate and matte, and of the file that is made.
+    pub read_mb: f64,
+    pub written_mb: f64,
+    /// Frames a second of the last step.
+    pub assemble_rate: f64,
+}
+
+/// Runs jobs of `case`, whose project and shoot these are, in `folder`.
+pub fn measure(
+    case: &Case,
+    afterlight: &Afterlight,
+    (project, shoot): (&Path, &Path),
+    folder: &Path,
+) -> Result<Rate> {
+    let job = folder.join("job");
+    let (mut chunks, mut ends) = ([f64::INFINITY; 2], [f64::INFINITY; 2]);
+    let mut written = 0.0;
+    let run = |command: &str, more: &[&str]| {
+        let started = Instant::now();
+        let said = afterlight.run(command, &[&[text(&job)?], more].concat())?;
+        Ok::<_, String>((started.elapsed().as_secs_f64(), said))
+    };
+    for _ in 0..TIMES {
+        write_job(case, afterlight, project, folder, SHORT)?;
+        run("farm-chunk", &["--frames", &format!("0+{SHORT}")])?;
+        ends[0] = run("farm-assemble", &[])?.0.min(ends[0]);
+        write_job(case, afterlight, project, folder, LONG)?;
+        for (frames, fastest) in CHUNKS.into_iter().zip(&mut chunks) {
+            *fastest = run("farm-chunk", &["--frames", frames])?.0.min(*fastest);
+        }
+        // What is left, and the bytes of all.
+        let (_, record) = run("farm-chunk", &["--frames", &format!("0+{LONG}")])?;
+        written = record["bytes"].as_f64().unwrap_or_default() / LONG as f64;
+        ends[1] = run("farm-assemble", &[])?.0.min(ends[1]);
+    }
+    let frame = (chunks[1] - chunks[0]) / CHUNKS_APART;
+    Ok(Rate {
+        what: case.words(),
+        frame_ms: 1e3 * frame,
+        start_seconds: chunks[0] - 2.0 * frame,
+        read_mb: footage_bytes(shoot)? / 1e6,
+        written_mb: written / 1e6,
+        assemble_rate: (LONG - SHORT) as f64 / (ends[1] - ends[0]),
+    })
+}
+
+/// Writes a job of the first frames in place of the last one.
+fn write_job(
+    case: &Case,
+    afterlight: &Afterlight,
+    project: &Path,
+    folder: &Path,
+    frames: usize,
+) -> Result<()> {
+    let [job, made] = ["job", "made"].map(|name| folder.join(name));
+    for old in [&job, &made] {
+        match std::fs::remove_dir_all(old) {
+            Err(e) if e.kind() != ErrorKind::NotFound => {
+                return Err(format!("{} cannot be removed: {e}", old.display()));
+            }
+            _ => (),
+        }
+    }
+    let output = made.join(if case.stills { "%04d.exr" } else { "clip.mov" });
+    let range = format!("0-{}", frames - 1);
+    let words = [
+        text(project)?,
+        "--environment",
+        "nave",
+        "--turntable",
+        "--engine",
+        "slurm",
+        "--chunk",
+        "1000",
+        "--device",
+        "cpu",
+        "--frames",
+        &range,
+        "--output",
+        text(&output)?,
+        "--to",
+        text(&job)?,
+    ];
+    afterlight.run("farm", &words).map(drop)
+}
+
+/// Bytes of a frame's plate and matte, on average.
+fn footage_bytes(shoot: &Path) -> Result<f64> {
+    let plates = files(&shoot.join("interview"))?.len();
+    let interview = files(shoot)?
+        .into_iter()
+        .filter(|file| is_interview(shoot, file));
+    let bytes: u64 = interview
+        .filter_map(|file| file.metadata().ok())
+        .map(|data| data.len())
+        .sum();
+    Ok(bytes as f64 / plates.max(1) as f64)
+}

@@ -1,0 +1,206 @@
+//! The tables: what was measured, what twenty hours take by that, and how a job scales, which is simulated.
+
+use super::measure::Rate;
+use base::machine::Machine;
+use farm::simulation::{Farm, Run};
+use std::fmt::Write;
+
+/// Twenty hours at 60 frames a second.
+const FRAMES: f64 = 20.0 * 3600.0 * 60.0;
+/// Stated, not measured: what an hour of a thread costs, in dollars.
+const THREAD_HOUR: f64 = 0.04;
+/// A shared disk of 10 Gbit/s, and a parallel file system of ten times that, in bytes a second.
+const DISKS: [(&str, f64); 2] = [
+    ("a shared disk of 10 Gbit/s (1.25 GB/s)", 1.25e9),
+    ("a parallel file system of 100 Gbit/s", 12.5e9),
+];
+const WORKERS: [usize; 10] = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
+const CHUNK_MINUTES: f64 = 10.0;
+
+/// All of them. The first rate is what the simulated ones are of.
+pub fn tables(rates: &[Rate], machine: &Machine) -> String {
+    let mut text = format!("Measured on {}:\n\n", machine.words());
+    measured(&mut text, rates);
+    let _ = writeln!(
+        text,
+        "\nTwenty hours, {} frames, on such machines with {} threads each:\n",
+        thousands(FRAMES),
+        machine.threads
+    );
+    costs(&mut text, rates, machine.threads as f64);
+    growth(&mut text, rates);
+    if let Some(rate) = rates.first() {
+        for (name, bytes) in DISKS {
+            scaling(&mut text, rate, name, bytes);
+        }
+    }
+    text.trim_end().to_owned()
+}
+
+fn measured(text: &mut String, rates: &[Rate]) {
+    *text += "| plate, network, lamps, files | ms a frame | start of a chunk, s | footage of a frame | file of a frame \
+              | last step, frames a second |\n|---|---:|---:|---:|---:|---:|\n";
+    for rate in rates {
+        let _ = writeln!(
+            text,
+            "| {} | {:.0} | {:.1} | {:.1} MB | {:.1} MB | {:.1} |",
+            rate.what,
+            rate.frame_ms,
+            rate.start_seconds,
+            rate.read_mb,
+            rate.written_mb,
+            rate.assemble_rate
+        );
+    }
+}
+
+fn costs(text: &mut String, rates: &[Rate], threads: f64) {
+    let _ = writeln!(
+        text,
+        "| plate, network, lamps, files | hours of a machine | thread-hours | read | written | last step, hours \
+         | at ${THREAD_HOUR} a thread-hour |\n|---|---:|---:|---:|---:|---:|---:|"
+    );
+    for rate in rates {
+        let hours = FRAMES * rate.frame_ms / 3.6e6;
+        // The last step reads what was made.
+        let read = FRAMES * (rate.read_mb + rate.written_mb);
+        let last = FRAMES / rate.assemble_rate / 3600.0;
+        let thread_hours = threads * (hours + last);
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {:.1} TB | {:.1} TB | {} | ${} |",
+            rate.what,
+            thousands(hours),
+            thousands(thread_hours),
+            read / 1e6,
+            FRAMES * rate.written_mb / 1e6,
+            thousands(last),
+            thousands(thread_hours * THREAD_HOUR),
+        );
+    }
+    text.push('\n');
+}
+
+/// How much longer each case takes than the first.
+fn growth(text: &mut String, rates: &[Rate]) {
+    let Some((base, others)) = rates.split_first() else {
+        return;
+    };
+    let _ = writeln!(text, "Beside {}, a frame takes\n", base.what);
+    for rate in others {
+        let _ = writeln!(
+            text,
+            "- {:.2} times as long with {}",
+            rate.frame_ms / base.frame_ms,
+            rate.what
+        );
+    }
+    let moved = (base.read_mb + base.written_mb) * 1e6;
+    let (name, disk) = DISKS[0];
+    let _ = writeln!(
+        text,
+        "\nThere, {name} carries {:.0} frames a second: {} such machines.\n",
+        disk / moved,
+        thousands(disk / moved * base.frame_ms / 1e3)
+    );
+}
+
+fn scaling(text: &mut String, rate: &Rate, disk: &str, bytes: f64) {
+    let _ = writeln!(
+        text,
+        "Simulated: {}, on {disk}. One worker in twenty takes twice as long, each is lost once in two days:\n\n\
+         | workers | hours of chunks | times as fast | worker-hours | lost | held back by the disk |\n\
+         |---:|---:|---:|---:|---:|---:|",
+        rate.what
+    );
+    let chunks = |workers| {
+        let run = farm(rate, workers, bytes).run();
+        (run.seconds - run.assemble_seconds, run)
+    };
+    let (alone, _) = chunks(1);
+    for workers in WORKERS {
+        let (seconds, run) = chunks(workers);
+        let Run {
+            assemble_seconds,
+            worker_seconds,
+            losses,
+            held_back,
+            ..
+        } = run;
+        let _ = writeln!(
+            text,
+            "| {} | {:.1} | {:.1} | {} | {losses} | {:.0} % |",
+            thousands(workers as f64),
+            seconds / 3600.0,
+            alone / seconds,
+            thousands((worker_seconds - assemble_seconds) / 3600.0),
+            100.0 * held_back,
+        );
+    }
+    text.push('\n');
+}
+
+/// Twenty hours on so many workers.
+fn farm(rate: &Rate, workers: usize, disk_bytes: f64) -> Farm {
+    let frame_seconds = rate.frame_ms / 1e3;
+    Farm {
+        frames: FRAMES as u64,
+        chunk: (CHUNK_MINUTES * 60.0 / frame_seconds) as u64,
+        workers,
+        frame_seconds,
+        start_seconds: rate.start_seconds,
+        frame_bytes: (rate.read_mb + rate.written_mb) * 1e6,
+        disk_bytes,
+        slow_share: 0.05,
+        slowness: 2.0,
+        losses_an_hour: 1.0 / 48.0,
+        replaced_after: 120.0,
+        assemble_rate: rate.assemble_rate,
+        seed: 1,
+    }
+}
+
+fn thousands(value: f64) -> String {
+    let digits = format!("{value:.0}");
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_said_of_twenty_hours_follows_from_the_rates() {
+        let rate = |what: &str, frame_ms| Rate {
+            what: what.to_owned(),
+            frame_ms,
+            start_seconds: 1.0,
+            read_mb: 2.0,
+            written_mb: 8.0,
+            assemble_rate: 12.0,
+        };
+        let machine = Machine {
+            threads: 2,
+            ..Machine::default()
+        };
+        let text = tables(&[rate("one", 500.0), rate("another", 750.0)], &machine);
+        // 4.32 million frames: 600 hours, with a last step of 100 hours 1,400 of its threads.
+        let line = "| one | 600 | 1,400 | 43.2 TB | 34.6 TB | 100 | $56 |";
+        assert!(text.contains(line), "{text}");
+        assert!(text.contains("1.50 times as long with another"), "{text}");
+        assert!(
+            text.contains("carries 125 frames a second: 62 such machines")
+                || text.contains("63 such"),
+            "{text}"
+        );
+        assert!(text.contains("\n| 1,000 | "), "{text}");
+        assert_eq!(thousands(1_234_567.0), "1,234,567");
+    }
+}
