@@ -3,7 +3,7 @@
 
 struct Params {
     size: vec2<u32>,
-    // 0 is sRGB, 1 filmic, 2 ACES.
+    // 0 is sRGB, 1 filmic, 2 ACES, 3 the table in `second`.
     curve: u32,
     // For looking only: light is multiplied by `factor` and raised to `power`.
     factor: f32,
@@ -53,6 +53,31 @@ fn aces(light: vec3<f32>) -> vec3<f32> {
     return srgb_from_linear(output * (above / below));
 }
 
+// `imaging::DisplayTable::at`: 65 entries along each axis, red fastest.
+fn looked_up(light: vec3<f32>) -> vec3<f32> {
+    let place = clamp(64.0 / 6.0 * log2(1.0 + 7.0 * sqrt(light)), vec3<f32>(0.0), vec3<f32>(64.0));
+    let below = min(vec3<u32>(place), vec3<u32>(63u));
+    let steps = vec3<u32>(1u, 65u, 4225u);
+    var at = below.r + 65u * below.g + 4225u * below.b;
+    var codes = second[at].rgb;
+    // From the lower corner to the upper one, along the axis first that has the longest way to go.
+    var way = place - vec3<f32>(below);
+    for (var i = 0u; i < 3u; i++) {
+        var axis = 0u;
+        if way.g > way.r {
+            axis = 1u;
+        }
+        if way.b > max(way.r, way.g) {
+            axis = 2u;
+        }
+        let next = at + steps[axis];
+        codes += way[axis] * (second[next].rgb - second[at].rgb);
+        at = next;
+        way[axis] = -1.0;
+    }
+    return clamp(codes, vec3<f32>(0.0), vec3<f32>(1.0));
+}
+
 @compute @workgroup_size(8, 8)
 fn view(@builtin(global_invocation_id) id: vec3<u32>) {
     if outside(id) {
@@ -68,6 +93,8 @@ fn view(@builtin(global_invocation_id) id: vec3<u32>) {
         codes = filmic(light);
     } else if params.curve == 2u {
         codes = aces(light);
+    } else if params.curve == 3u {
+        codes = looked_up(light);
     }
     result[i] = vec4<f32>(codes, first[i].a);
 }

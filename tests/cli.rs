@@ -209,6 +209,8 @@ fn a_small_shoot_goes_all_the_way() {
         (&checked["layers"], &checked["level"]),
         (&Value::from(12), &Value::from("green"))
     );
+    shots_are_certified(at);
+    configurations_decide_colors(at);
     exports_go_on(at);
     let refused = fail(
         at,
@@ -248,6 +250,156 @@ fn a_small_shoot_goes_all_the_way() {
     );
     let refused = fail(at, &["evaluate", "film", "--truth", "shoot"]);
     assert!(refused.contains("--exclude-frames"), "{refused}");
+}
+
+/// The two frames of a shot with their light layers, as they are handed on.
+fn shots_are_certified(at: &Path) {
+    let shot = ["check", "out_2.####.exr", "--frames", "2-3"];
+    let written = [
+        &shot[..],
+        &["--certificate", "out_2.json", "--strict", "--json"],
+    ]
+    .concat();
+    let certificate = succeed(at, &written);
+    has_keys(
+        &certificate,
+        &[
+            "sentence",
+            "faults",
+            "remarks",
+            "time_code",
+            "made_of",
+            "files",
+            "sha256",
+        ],
+    );
+    assert_eq!(certificate["passed"], true);
+    assert_eq!(certificate["layers"]["layers"], 12);
+    has_keys(
+        &certificate["made_of"],
+        &[
+            "version",
+            "project",
+            "checkpoint",
+            "environment",
+            "settings",
+        ],
+    );
+    assert_eq!(succeed(at, &["check", "out_2.json", "--json"])["same"], 2);
+    let said = afterlight(at, &shot).stdout;
+    let said = String::from_utf8_lossy(&said).into_owned();
+    assert!(
+        said.contains("2 frames 2-3") && said.lines().count() == 1,
+        "{said}"
+    );
+    let refused = fail(at, &["check", "out_2.%04d.exr", "--frames", "2-9"]);
+    assert!(refused.contains("4-9"), "{refused}");
+    // A frame that another network made, or that was made under other light, is none of the shot.
+    let frame = at.join("out_2.0003.exr");
+    let whole = std::fs::read(&frame).unwrap();
+    let other = "relight film --environment nave --frames 3-3 --exposure 1.5 --layers --size 24 --to out_2.%04d.exr --json";
+    succeed(at, &other.split(' ').collect::<Vec<_>>());
+    let refused = fail(at, &shot);
+    assert!(refused.contains("(settings)"), "{refused}");
+    assert!(fail(at, &["check", "out_2.json"]).contains("another picture"));
+    std::fs::write(&frame, whole).unwrap();
+    succeed(at, &["check", "out_2.json", "--json"]);
+    for (arguments, wanted) in [
+        (&["check", "film", "--frames", "1-2"][..], "no shot"),
+        (
+            &["check", "out_2.json", "--environment", "nave"],
+            "no environment",
+        ),
+        (&["check", "none.####.exr"], "none.####.exr"),
+        (
+            &["check", "film/project.toml", "out_2.0002.exr"],
+            "different folders",
+        ),
+    ] {
+        let refused = fail(at, arguments);
+        assert!(refused.contains(wanted), "{arguments:?}: {refused}");
+    }
+}
+
+/// Colours that an OpenColorIO configuration decides, named or remembered by the project.
+fn configurations_decide_colors(at: &Path) {
+    let chosen = succeed(at, &["ocio", "film", "--use", "ocio://default", "--json"]);
+    has_keys(
+        &chosen,
+        &["displays", "looks", "roles", "spaces", "working"],
+    );
+    let kept = std::fs::read_to_string(at.join("film/project.toml")).unwrap();
+    assert!(kept.contains("color_config = \"ocio://default\""), "{kept}");
+    let relight = |to: &str, more: &[&str]| {
+        let asked = [
+            "relight",
+            "film",
+            "--environment",
+            "nave",
+            "--frames",
+            "2-2",
+            "--json",
+        ];
+        let asked = [&asked[..], &["--to", to], more].concat();
+        succeed(at, &asked);
+        std::fs::read(at.join(to)).unwrap()
+    };
+    let plain = relight("plain.png", &[]);
+    let shown = relight("shown.png", &["--ocio-display", "sRGB - Display"]);
+    assert!(plain != shown);
+    relight("aces.exr", &["--ocio-space", "scene_linear", "--layers"]);
+    assert_eq!(
+        succeed(at, &["check", "aces.exr", "--json"])["level"],
+        "green"
+    );
+    let header = std::fs::read(at.join("aces.exr")).unwrap();
+    assert!(header.windows(13).any(|part| part == b"lin_ap1_scene"));
+    let refused = |more: &[&str]| {
+        let asked = [
+            "relight",
+            "film",
+            "--environment",
+            "nave",
+            "--frames",
+            "2-2",
+        ];
+        fail(at, &[&asked[..], more].concat())
+    };
+    let unknown = refused(&["--to", "a.png", "--ocio-view", "Sepia"]);
+    assert!(
+        unknown.contains("Sepia") && unknown.contains("ACES 2.0"),
+        "{unknown}"
+    );
+    let linear = refused(&["--to", "a.exr", "--ocio-view", "Raw"]);
+    assert!(linear.contains("linear light"), "{linear}");
+    let grain = refused(&["--to", "a.png", "--ocio-view", "Raw", "--grain", "0.5"]);
+    assert!(grain.contains("grain"), "{grain}");
+    assert!(fail(at, &["ocio", "film", "--use", "gone.ocio"]).contains("gone.ocio"));
+    assert_eq!(
+        succeed(at, &["ocio", "film", "--use", "none", "--json"])["config"],
+        Value::Null
+    );
+    // A variable that names one changes nothing by itself.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_afterlight"));
+    command.args([
+        "relight",
+        "film",
+        "--environment",
+        "nave",
+        "--frames",
+        "2-2",
+        "--to",
+        "again.png",
+    ]);
+    let done = command
+        .env("OCIO", "ocio://default")
+        .current_dir(at)
+        .output()
+        .unwrap();
+    assert!(done.status.success());
+    assert_eq!(std::fs::read(at.join("again.png")).unwrap(), plain);
+    let listed = afterlight(at, &["ocio", "--ocio", "ocio://default"]).stdout;
+    assert!(String::from_utf8_lossy(&listed).contains("scene_linear = ACEScg"));
 }
 
 /// Which way is front in a file is a yaw of its content, said for once or remembered in the project.
@@ -611,6 +763,7 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
         "confidence",
         "tradeoff",
         "device",
+        "ocio",
         "studio",
         "demo",
         "pack",

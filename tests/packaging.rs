@@ -53,6 +53,46 @@ fn what_is_packed_is_there() {
     }
 }
 
+/// What dist packs for each system is there, and built as the package for Debian is.
+#[test]
+fn the_archives_of_each_system_are_built_of_what_there_is() {
+    let dist: toml::Table = read("dist-workspace.toml").parse().unwrap();
+    let cargo: toml::Table = read("Cargo.toml").parse().unwrap();
+    let texts = |key: &str| {
+        let list = dist["dist"][key].as_array().unwrap();
+        list.iter()
+            .map(|text| text.as_str().unwrap())
+            .collect::<Vec<_>>()
+    };
+    for system in ["linux", "apple-darwin", "windows"] {
+        assert!(
+            texts("targets")
+                .iter()
+                .any(|target| target.contains(system)),
+            "{system}"
+        );
+    }
+    let features = cargo["features"].as_table().unwrap();
+    assert!(
+        texts("features")
+            .iter()
+            .all(|feature| features.contains_key(*feature))
+    );
+    let packed = read("tools/package.sh");
+    assert_eq!(between(&packed, "\nfeatures=", "\n"), texts("features"));
+    for file in texts("include") {
+        assert!(root().join(file).is_file(), "{file}");
+    }
+    assert_eq!(
+        cargo["profile"]["dist"]["inherits"].as_str(),
+        Some("release")
+    );
+    assert_eq!(
+        cargo["package"]["metadata"]["dist"]["dist"].as_bool(),
+        Some(true)
+    );
+}
+
 /// The rules by which desktops know a project, on one that the program wrote.
 #[test]
 fn a_project_is_what_its_type_says() {

@@ -167,7 +167,8 @@ impl Unfinished {
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
         let file = builder.tempfile_in(folder)?;
-        // Not all file systems have locks.
+        // Not all file systems have locks. On Windows a lock would keep ffmpeg from writing the file.
+        #[cfg(unix)]
         let _ = file.as_file().try_lock();
         Ok(Self(file))
     }
@@ -182,8 +183,8 @@ impl Unfinished {
     /// # Errors
     /// When either fails; then it is removed.
     pub fn finish(self, path: &Path) -> io::Result<()> {
-        // Another program may have written it under its name.
-        File::open(self.path())?.sync_all()?;
+        // Another program may have written it under its name. Windows syncs only what is open for writing.
+        (OpenOptions::new().write(true).open(self.path()))?.sync_all()?;
         self.0.persist(path).map_err(|e| e.error)?;
         // The new name is on the disk once the folder is. Not all file systems can do that.
         #[cfg(unix)]
@@ -217,9 +218,9 @@ pub fn remove_left_over(folder: &Path) {
             .and_then(|written| now.duration_since(written).ok())
             .unwrap_or_default();
         let is_left = match file.try_lock() {
-            Ok(()) => age >= YOUNG,
+            Ok(()) if cfg!(unix) => age >= YOUNG,
             Err(TryLockError::WouldBlock) => false,
-            Err(TryLockError::Error(_)) => age >= OLD,
+            Ok(()) | Err(TryLockError::Error(_)) => age >= OLD,
         };
         if is_left {
             // Otherwise it only costs space.

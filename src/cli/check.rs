@@ -4,8 +4,9 @@ use super::OutputArgs;
 use super::console::Console;
 use ::check::Level;
 use base::error::{Error, Result};
+use base::numbers::within;
 use clap::Args;
-use export::Rebuild;
+use export::{Certificate, CertifySettings, Fault, Rebuild, Remark, Verification, names_frames};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use worker::{Job, Outcome};
@@ -16,16 +17,23 @@ const HARD_CASES: &str = "Damaged files, extreme light and other hard cases: doc
 /// Check how far a project can be trusted: lamps, camera response, interview light, frames, environments. Each check is
 /// green, amber, red or not known, with a sentence and a remedy.
 ///
-/// Or rebuild the picture of an exported EXR from its light layers and say how much is missing.
+/// Or check the frames of an exported shot: that they are there, whole and alike, that their light layers add up to the
+/// pictures, and that time codes and colour tags are right; --certificate writes that down, with the hash of each file. A
+/// certificate that is named is compared with the files.
 ///
-/// The exit code is 0 if the check could be made, whatever its result. With --strict it is 1 unless all is green.
+/// Or rebuild the picture of one exported EXR from its light layers and say how much is missing.
+///
+/// The exit code is 0 if the project could be checked, whatever the result. With --strict it is 1 unless all is green. It is 1
+/// if a shot has a fault, and with --strict also if something of it could not be checked.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: afterlight check interview --strict --environment courtyard\n         afterlight check shot.0007.exr"
+    after_help = "Example: afterlight check interview --strict --environment courtyard\n         afterlight check shot.0007.exr\n         afterlight check shot.%04d.exr --frames 1-240 --certificate shot.json\n         afterlight check shot.json"
 )]
 pub struct CheckArgs {
-    /// The project's folder, or an EXR with light layers.
-    project: PathBuf,
+    /// The project's folder; or the frames of a shot: EXR files, their folder, or a pattern such as shot.%04d.exr or
+    /// shot.####.exr; or a shot's certificate.
+    #[arg(required = true, value_name = "PROJECT|FRAMES|CERTIFICATE")]
+    named: Vec<PathBuf>,
     /// Check under this environment: one of the project's, a built-in one or a panorama's file. Can be given several
     /// times [default: all of the project's].
     #[arg(long, value_name = "NAME")]
@@ -34,21 +42,80 @@ pub struct CheckArgs {
     #[arg(long)]
     strict: bool,
     #[command(flatten)]
+    shot: ShotArgs,
+    #[command(flatten)]
     output: OutputArgs,
+}
+
+/// What is asked of a shot.
+#[derive(Debug, Args)]
+struct ShotArgs {
+    /// Write what is found of a shot to this file, with the hash of each frame.
+    #[arg(long, value_name = "FILE")]
+    certificate: Option<PathBuf>,
+    /// The frames that a shot has to have [default: from the first to the last that is there].
+    #[arg(long, value_name = "A-B", value_parser = range)]
+    frames: Option<(u64, u64)>,
+    /// Frames per second that the time codes of a shot count by [default: what the headers say].
+    #[arg(long, value_name = "FPS", value_parser = within(0.01..=1000.0))]
+    rate: Option<f64>,
+    /// Neighbouring frames of a shot may show the same picture.
+    #[arg(long)]
+    allow_repeats: bool,
+}
+
+/// The first and last frame, such as `1-240`.
+fn range(text: &str) -> std::result::Result<(u64, u64), String> {
+    let number = |s: &str| s.trim().parse::<u64>().ok();
+    let ends = text.split_once('-').unwrap_or((text, text));
+    match (number(ends.0), number(ends.1)) {
+        (Some(from), Some(to)) if from <= to => Ok((from, to)),
+        _ => Err("give the first and the last frame, such as 1-240".to_owned()),
+    }
+}
+
+impl ShotArgs {
+    fn is_given(&self) -> bool {
+        self.certificate.is_some()
+            || self.frames.is_some()
+            || self.rate.is_some()
+            || self.allow_repeats
+    }
 }
 
 impl CheckArgs {
     /// Checks, and prints what was found.
     ///
     /// # Errors
-    /// When the check cannot be made, and with `--strict` unless all is green.
+    /// When the check cannot be made, a shot has a fault, and with `--strict` unless all is green.
     pub fn run(self) -> Result<()> {
-        if is_exr(&self.project) {
-            return self.check_layers();
+        match &self.named[..] {
+            [file] if has_ending(file, "json") && !file.is_dir() => {
+                self.of_frames(file)?;
+                self.verify(file)
+            }
+            [file] if file.is_file() && has_ending(file, "exr") && !self.shot.is_given() => {
+                self.of_frames(file)?;
+                self.check_layers(file)
+            }
+            [one] if !names_frames(one) => self.check_project(one),
+            named => {
+                self.of_frames(&named[0])?;
+                self.check_shot()
+            }
+        }
+    }
+
+    fn check_project(&self, project: &Path) -> Result<()> {
+        if self.shot.is_given() {
+            return Err(Error::invalid(
+                format!("{} is no shot", project.display()),
+                "Leave --certificate, --frames, --rate and --allow-repeats out, or name a shot's frames",
+            ));
         }
         let job = Job::Check {
-            project: self.project,
-            environments: self.environment,
+            project: project.to_path_buf(),
+            environments: self.environment.clone(),
         };
         let console = Console::new(self.output.json);
         let outcome = console.run(|progress| job.run(progress))?;
@@ -68,20 +135,82 @@ impl CheckArgs {
         }
     }
 
-    /// Rebuilds a picture from its light layers.
-    fn check_layers(self) -> Result<()> {
-        if !self.environment.is_empty() {
+    /// Frames know no environment.
+    fn of_frames(&self, file: &Path) -> Result<()> {
+        if self.environment.is_empty() {
+            return Ok(());
+        }
+        Err(Error::invalid(
+            format!(
+                "{} is no project: it is checked under no environment",
+                file.display()
+            ),
+            "Leave --environment out, or give the project's folder",
+        ))
+    }
+
+    /// Looks at all frames of a shot.
+    fn check_shot(&self) -> Result<()> {
+        let settings = CertifySettings {
+            frames: self.shot.frames,
+            rate: self.shot.rate,
+            allow_repeats: self.shot.allow_repeats,
+        };
+        let console = Console::new(self.output.json);
+        let mut certificate =
+            console.run(|progress| Certificate::issue(&self.named, &settings, progress))?;
+        if let Some(file) = &self.shot.certificate {
+            certificate.write(file)?;
+        }
+        let (faults, remarks) = (&certificate.faults, &certificate.remarks);
+        console.finish(&certificate, || {
+            lines(&certificate.sentence, faults, remarks)
+        })?;
+        self.conclude(&certificate.shot, faults, remarks)
+    }
+
+    /// Compares files with their certificate.
+    fn verify(&self, file: &Path) -> Result<()> {
+        if self.shot.is_given() {
             return Err(Error::invalid(
-                format!(
-                    "{} is a picture, which is checked under no environment",
-                    self.project.display()
-                ),
-                "Leave --environment out, or give the project's folder",
+                format!("{} is a certificate", file.display()),
+                "Leave --certificate, --frames, --rate and --allow-repeats out to compare the files with it",
             ));
         }
-        let found = Rebuild::of_file(&self.project)?;
+        let console = Console::new(self.output.json);
+        let found = console.run(|progress| Verification::of_file(file, progress))?;
+        let (faults, remarks) = (&found.faults, &found.remarks);
+        console.finish(&found, || lines(&found.sentence, faults, remarks))?;
+        self.conclude(&file.display().to_string(), faults, remarks)
+    }
+
+    /// The exit code of a shot.
+    fn conclude(&self, shot: &str, faults: &[Fault], remarks: &[Remark]) -> Result<()> {
+        let count = |count: usize, what: &str| {
+            format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+        };
+        match (faults, remarks) {
+            ([first, ..], _) => Err(Error::invalid(
+                format!(
+                    "{shot} has {}. The first: {}",
+                    count(faults.len(), "fault"),
+                    first.sentence
+                ),
+                "Export the frames again that are named, and check the shot again",
+            )),
+            ([], [first, ..]) if self.strict => Err(Error::invalid(
+                format!("of {shot} is not known: {}", first.sentence),
+                "Check without --strict if that is meant so",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Rebuilds a picture from its light layers.
+    fn check_layers(&self, file: &Path) -> Result<()> {
+        let found = Rebuild::of_file(file)?;
         let figures = LayersReport {
-            file: &self.project,
+            file,
             found,
             level: if found.is_exact() {
                 Level::Good
@@ -89,12 +218,12 @@ impl CheckArgs {
                 Level::Bad
             },
         };
-        Console::new(self.output.json).finish(&figures, || found.file_sentence(&self.project))?;
+        Console::new(self.output.json).finish(&figures, || found.file_sentence(file))?;
         if self.strict && !found.is_exact() {
             return Err(Error::invalid(
                 format!(
                     "the light layers of {} do not give back its picture",
-                    self.project.display()
+                    file.display()
                 ),
                 "Export it again with its light layers, or check without --strict",
             ));
@@ -112,9 +241,23 @@ struct LayersReport<'a> {
     level: Level,
 }
 
-/// A file that is named so; a project's folder may be, too.
-fn is_exr(path: &Path) -> bool {
+/// A sentence, and a line for each fault and remark.
+fn lines(sentence: &str, faults: &[Fault], remarks: &[Remark]) -> String {
+    let faults = faults
+        .iter()
+        .map(|fault| format!("fault: {}", fault.sentence));
+    let remarks = remarks
+        .iter()
+        .map(|remark| format!("note: {}", remark.sentence));
+    let all: Vec<String> = [sentence.to_owned()]
+        .into_iter()
+        .chain(faults)
+        .chain(remarks)
+        .collect();
+    all.join("\n")
+}
+
+fn has_ending(path: &Path, ending: &str) -> bool {
     path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
-        && !path.is_dir()
+        .is_some_and(|e| e.eq_ignore_ascii_case(ending))
 }

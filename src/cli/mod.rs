@@ -11,6 +11,7 @@ mod environments;
 mod farm;
 mod frame;
 mod matte;
+mod ocio;
 mod parse;
 mod probe;
 mod relight;
@@ -34,6 +35,7 @@ use footage::ImportSettings;
 use frame::FrameArgs;
 use gpu::DeviceChoice;
 use matte::MatteArgs;
+use ocio::OcioArgs;
 use parse::parse_count;
 use probe::ProbeArgs;
 use project::Project;
@@ -83,6 +85,7 @@ enum Command {
     Confidence(ConfidenceArgs),
     Tradeoff(TradeoffArgs),
     Device(MachineArgs),
+    Ocio(OcioArgs),
     Studio(StudioArgs),
     Demo(DemoArgs),
     Pack(PackArgs),
@@ -285,6 +288,7 @@ impl Cli {
             Command::Confidence(args) => do_job(args.output, Ok(args.job())),
             Command::Tradeoff(args) => do_job(args.output, Ok(args.job())),
             Command::Device(args) => args.run(),
+            Command::Ocio(args) => args.run(),
             Command::Demo(args) => do_job(
                 args.output,
                 Ok(Job::Demo {

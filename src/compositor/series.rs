@@ -86,7 +86,11 @@ impl Series {
         (plate, mask): (&Image, &Mask),
         of: &Ingredients<'a>,
     ) -> Ingredients<'a> {
-        let key = (of.extra.identity.frame, scene.effects.view, scene.viewing);
+        let key = (
+            of.extra.identity.frame,
+            scene.effects.view,
+            scene.viewing.clone(),
+        );
         self.grain = match self.grain.take() {
             _ if !scene.effects.asks(Pass::Grain) => None,
             Some(known) if known.0 == key => Some(known),
@@ -216,7 +220,7 @@ mod tests {
         series
             .compose(&Clip::scene(0), plate, &of)
             .expect("a picture with grain");
-        let (key, grain) = series.grain.unwrap();
+        let (key, grain) = series.grain.clone().unwrap();
         assert_eq!(key, (1, ViewTransform::Srgb, Viewing::default()));
         assert!(grain.most() > 0.0);
         assert_eq!(
@@ -232,7 +236,7 @@ mod tests {
         series
             .compose(&Clip::scene(0), (&flat, &clip.mask), &clip.of(&field, 2))
             .unwrap();
-        assert_ne!(series.grain.map(|(_, grain)| grain), Some(grain));
+        assert_ne!(series.grain.as_ref().map(|(_, grain)| *grain), Some(grain));
         series.compose(&Scene::default(), plate, &of).unwrap();
         assert_eq!(series.grain, None);
     }

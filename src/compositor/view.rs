@@ -16,8 +16,10 @@ const SHADER: Shader = Shader::new("view", include_str!("../../shaders/view.wgsl
 pub(crate) const VIEW: Descriptor = Descriptor {
     fixed: |_| Some("a display needs it"),
     settings: |context| {
-        let seen = context.scene.viewing.factor_and_power();
-        key((context.scene.view(), seen.map(f32::to_bits)))
+        let viewing = &context.scene.viewing;
+        let seen = viewing.factor_and_power().map(f32::to_bits);
+        let through = viewing.through.as_ref().map(|table| table.identity());
+        key((context.scene.view(), seen, through))
     },
     shader: Some(&SHADER),
     run: Run::Encode(EncodeStep {
@@ -26,12 +28,16 @@ pub(crate) const VIEW: Descriptor = Descriptor {
     }),
     ..Descriptor::new(Pass::View, |context| {
         context.displayed()?;
+        let viewing = &context.scene.viewing;
+        if let Some(table) = &viewing.through {
+            return Ok(format!("looked at through {}", table.name));
+        }
         let curve = match context.scene.view() {
             ViewTransform::Srgb => "the display is sRGB",
             ViewTransform::Filmic => "the display is sRGB; highlights roll off as on film",
             ViewTransform::Aces => "the display is sRGB, by way of ACES",
         };
-        Ok(match context.scene.viewing.is_neutral() {
+        Ok(match viewing.is_neutral() {
             true => curve.to_owned(),
             false => format!("{curve}; changed for viewing"),
         })
@@ -83,8 +89,8 @@ pub fn view(linear: &Image, transform: ViewTransform) -> Encoded {
 
 /// [`view`] as a scene is looked at: see [`scene::Viewing`].
 pub fn viewed(linear: &Image, scene: &Scene) -> Encoded {
-    match scene.viewing.factor_and_power() {
-        [1.0, 1.0] => view(linear, scene.view()),
+    match (&scene.viewing.through, scene.viewing.factor_and_power()) {
+        (None, [1.0, 1.0]) => view(linear, scene.view()),
         _ => encoded(linear, |pixel| viewed_code(pixel, scene)),
     }
 }
@@ -97,7 +103,10 @@ pub fn viewed_code(pixel: [f32; 3], scene: &Scene) -> [f32; 3] {
         1.0 => seen,
         _ => seen.map(|v| v.powf(power)),
     };
-    code(seen, scene.view())
+    match &scene.viewing.through {
+        Some(table) => table.at(seen),
+        None => code(seen, scene.view()),
+    }
 }
 
 /// sRGB codes of linear light, clipped to `[0, 1]`.
@@ -131,19 +140,23 @@ impl Recording<'_> {
     /// When the GPU cannot hold the result.
     pub fn viewed(&mut self, light: &GpuPicture, scene: &Scene) -> Result<GpuPicture> {
         let [factor, power] = scene.viewing.factor_and_power();
+        let table = (scene.viewing.through.as_deref())
+            .map(|table| self.passes().display_table(table))
+            .transpose()?;
         let params = ViewParams {
             size: extent(light.size()),
-            curve: match scene.view() {
-                ViewTransform::Srgb => 0,
-                ViewTransform::Filmic => 1,
-                ViewTransform::Aces => 2,
+            curve: match (&table, scene.view()) {
+                (Some(_), _) => 3,
+                (None, ViewTransform::Srgb) => 0,
+                (None, ViewTransform::Filmic) => 1,
+                (None, ViewTransform::Aces) => 2,
             },
             factor,
             power,
             unused: [0; 3],
         };
         let (shader, size) = ((&SHADER, "view"), light.size());
-        self.run(shader, bytes_of(&params), light, None, size)
+        self.run(shader, bytes_of(&params), light, table.as_ref(), size)
     }
 }
 
@@ -226,7 +239,7 @@ mod tests {
                 viewing: Viewing {
                     exposure_stops,
                     gamma,
-                    view: None,
+                    ..Viewing::default()
                 },
                 ..Scene::default()
             };

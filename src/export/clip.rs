@@ -5,7 +5,7 @@ use super::colors::Encoding;
 use super::encoder::{Encoder, PATIENCE, Unanswered, file_url};
 use super::format::MovieAlpha;
 use super::rational_rate;
-use super::still::{no_display, no_light, straight, word_from_unit};
+use super::still::{no_display, no_light, over_black, straight, word_from_unit};
 use super::time_code::TimeCode;
 use base::error::{Error, Result};
 use base::files::Unfinished;
@@ -208,7 +208,9 @@ pub(super) fn frame_bytes(
     encoding: &Encoding,
     picture: &Picture,
 ) -> Result<Vec<u8>> {
-    let display = (picture.display.as_ref()).ok_or_else(|| no_display(path))?;
+    if picture.display.is_none() {
+        return Err(no_display(path));
+    }
     let word = |v: f32| word_from_unit(v).to_le_bytes();
     let size = picture.alpha.size();
     let (from, to) = (size, codec.padded(size));
@@ -217,7 +219,8 @@ pub(super) fn frame_bytes(
         let pixels: Vec<_> = straight.map(|p| alpha.of_straight(p).map(word)).collect();
         padded(&pixels, from, to).flatten().flatten().collect()
     } else {
-        let codes = display.0.pixels.iter().copied().map(encoding.codes());
+        let codes = over_black(picture, encoding).ok_or_else(|| no_light(path))?;
+        let codes = codes.into_iter();
         if codec.is_deep() {
             let pixels: Vec<_> = codes.map(|p| p.map(word)).collect();
             padded(&pixels, from, to).flatten().flatten().collect()

@@ -1,6 +1,7 @@
 //! The colour space of what is written. The program works in linear Rec. 709.
 
 use base::error::{Error, Result};
+use color_config::{ColorChoice, Target, Transform};
 use imaging::Cube;
 use imaging::color::{bt1886_from_linear, linear_from_srgb, srgb_from_linear};
 use imaging::color_space::{ColorSpace, Matrix, transformed};
@@ -76,12 +77,14 @@ pub fn interop_id(space: ColorSpace) -> &'static str {
     }
 }
 
-/// How a picture's sRGB codes become the codes of a file: by a look-up table, and to another space.
+/// How a picture's sRGB codes become the codes of a file: by a look-up table, and to another space; or how its light becomes
+/// what an OpenColorIO configuration says.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Encoding {
     /// None for sRGB codes that are tagged as they always were.
     pub space: Option<OutputSpace>,
     table: Option<Arc<Cube>>,
+    config: Option<Arc<Transform>>,
 }
 
 impl Encoding {
@@ -91,12 +94,51 @@ impl Encoding {
     /// When the table cannot be read.
     pub fn open(space: Option<OutputSpace>, table: Option<&Path>) -> Result<Self> {
         let table = table.map(Cube::read).transpose()?.map(Arc::new);
-        Ok(Self { space, table })
+        Ok(Self {
+            space,
+            table,
+            config: None,
+        })
+    }
+
+    /// The same, or what a configuration makes of light in place of it.
+    #[must_use]
+    pub fn with_config(self, config: Option<Transform>) -> Self {
+        match config {
+            None => self,
+            Some(config) => Self {
+                space: display_of(&config),
+                table: None,
+                config: Some(Arc::new(config)),
+            },
+        }
+    }
+
+    /// What a configuration makes of light, if that is asked for.
+    pub fn config(&self) -> Option<&Transform> {
+        self.config.as_deref()
+    }
+
+    /// What a configuration makes of light, for comparing; "" without one. The same for the same numbers.
+    pub fn identity(&self) -> &str {
+        self.config().map_or("", |config| config.identity())
     }
 
     /// Whether codes stay as they are.
     pub fn is_plain(&self) -> bool {
-        self.table.is_none() && matches!(self.space, None | Some(OutputSpace::Srgb))
+        self.config.is_none()
+            && self.table.is_none()
+            && matches!(self.space, None | Some(OutputSpace::Srgb))
+    }
+
+    /// Whether a file's codes are of a space that has no tags.
+    pub fn is_untagged(&self) -> bool {
+        self.config.is_some() && self.space.is_none()
+    }
+
+    /// Whether linear files keep the program's own light.
+    pub fn keeps_light(&self) -> bool {
+        self.config.is_none() && self.primaries() == ColorSpace::Rec709
     }
 
     /// Codes of a file, in `[0, 1]`, for sRGB codes in `[0, 1]`.
@@ -116,10 +158,25 @@ impl Encoding {
         }
     }
 
-    /// The primaries of linear files.
+    /// The primaries of linear files, unless a configuration decides them.
     pub fn primaries(&self) -> ColorSpace {
         self.space
             .map_or(ColorSpace::Rec709, OutputSpace::primaries)
+    }
+
+    /// What linear files say of their colours: chromaticities, where they are known, and the space's name.
+    pub fn linear_tags(&self) -> (Option<ColorSpace>, Option<String>) {
+        match &self.config {
+            None => (
+                Some(self.primaries()),
+                Some(interop_id(self.primaries()).to_owned()),
+            ),
+            Some(config) => {
+                let known = config.known_space();
+                let id = known.map(|space| interop_id(space).to_owned());
+                (known, id.or_else(|| config.interop_id.clone()))
+            }
+        }
     }
 
     /// Refuses what a file for a display, or one in linear light, cannot have.
@@ -150,6 +207,71 @@ impl Encoding {
             _ => Ok(()),
         }
     }
+}
+
+/// Refuses what of a configuration a file cannot have.
+///
+/// # Errors
+/// Then: which setting, and what to do.
+pub(super) fn check_config(
+    choice: &ColorChoice,
+    (space, table): (Option<OutputSpace>, Option<&Path>),
+    to: &str,
+    is_linear: bool,
+) -> Result<()> {
+    if !choice.is_asked() {
+        return Ok(());
+    }
+    if space.is_some() || table.is_some() {
+        return Err(Error::invalid(
+            "an OpenColorIO configuration decides the colours of a file alone",
+            "Leave --space and --lut out, or --ocio-display, --ocio-view, --ocio-look and --ocio-space",
+        ));
+    }
+    if is_linear && choice.is_view() {
+        return Err(Error::invalid(
+            format!("{to} holds linear light, and a view makes codes of a display"),
+            "Write PNG, TIFF or a movie, or name a linear colour space (--ocio-space scene_linear)",
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses a colour space of a configuration that is not linear in a file that is.
+///
+/// # Errors
+/// Then.
+pub(super) fn check_linear(config: Option<&Transform>, to: &str, is_linear: bool) -> Result<()> {
+    match config.map(|config| &config.target) {
+        Some(Target::Space {
+            name,
+            is_linear: false,
+        }) if is_linear => Err(Error::invalid(
+            format!("{to} holds linear light, and {name} is not linear, or a look is on it"),
+            "Choose a linear colour space, such as scene_linear, without a look",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Which of our displays a configuration's is, for the tags of files: by the ASWF's names, and by those that configurations
+/// for ACES have given them.
+fn display_of(config: &Transform) -> Option<OutputSpace> {
+    let name = config.interop_id.as_deref().unwrap_or(&config.space);
+    Some(match name {
+        "srgb_rec709_display"
+        | "sRGB - Display"
+        | "srgb_rec709_scene"
+        | "srgb_tx"
+        | "sRGB - Texture"
+        | "sRGB Encoded Rec.709 (sRGB)" => OutputSpace::Srgb,
+        "g24_rec709_display" | "Rec.1886 Rec.709 - Display" | "Gamma 2.4 Rec.709 - Display" => {
+            OutputSpace::Rec709
+        }
+        "srgb_p3d65_display" | "Display P3 - Display" => OutputSpace::P3,
+        "g24_rec2020_display" | "Rec.1886 Rec.2020 - Display" => OutputSpace::Rec2020,
+        _ => return None,
+    })
 }
 
 fn light(matrix: &Matrix, code: [f32; 3]) -> [f32; 3] {

@@ -1,6 +1,6 @@
 //! One picture as an OpenEXR file, with its light layers where there are any.
 
-use super::colors::{Encoding, interop_id};
+use super::colors::Encoding;
 use super::exr_channels::{Window, channel, color_channels};
 use super::exr_settings::{ExrAlpha, ExrSettings, LayerFiles};
 use super::layers::{beside, weights_file};
@@ -91,7 +91,7 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
     Ok(())
 }
 
-/// Premultiplied linear Rec. 709 as a file has it: in its primaries, and divided by alpha if that is asked for.
+/// Premultiplied linear Rec. 709 as a file has it: in its primaries or its configuration's space, and divided by alpha if that is asked for.
 pub(super) fn written_light(
     light: &Image,
     picture: &Picture,
@@ -100,7 +100,9 @@ pub(super) fn written_light(
 ) -> Image {
     let mut light = light.clone();
     let primaries = encoding.primaries();
-    if primaries != ColorSpace::Rec709 {
+    if let Some(config) = encoding.config() {
+        config.apply(&mut light.pixels);
+    } else if primaries != ColorSpace::Rec709 {
         let matrix = ColorSpace::Rec709.matrix_to(primaries);
         (light.pixels.iter_mut()).for_each(|pixel| *pixel = transformed(&matrix, *pixel));
     }
@@ -177,17 +179,22 @@ impl File<'_> {
         let about = self.about;
         let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions(self.size));
         attributes.time_code = Some(about.time_code.into());
-        let space = about.encoding.primaries();
-        let corners = space.primaries();
+        let (space, id) = about.encoding.linear_tags();
         let at = |[x, y]: [f64; 2]| Vec2(x as f32, y as f32);
-        attributes.chromaticities = Some(Chromaticities {
-            red: at(corners.red),
-            green: at(corners.green),
-            blue: at(corners.blue),
-            white: at(corners.white),
+        attributes.chromaticities = space.map(|space| {
+            let corners = space.primaries();
+            Chromaticities {
+                red: at(corners.red),
+                green: at(corners.green),
+                blue: at(corners.blue),
+                white: at(corners.white),
+            }
         });
+        let of_config = about.encoding.config().map(|config| &*config.space);
         let texts = [
-            ("colorInteropID", Some(interop_id(space))),
+            ("colorInteropID", id.as_deref()),
+            // As OpenImageIO writes what a configuration calls it.
+            ("oiio:ColorSpace", of_config),
             ("alpha", Some(about.exr.alpha.word())),
             ("reelName", about.reel),
             (PROVENANCE, about.provenance),

@@ -4,6 +4,7 @@ use super::codec::Codec;
 use super::colors::OutputSpace;
 use super::exr_settings::ExrSettings;
 use base::numbers::within;
+use color_config::ColorChoice;
 use footage::PictureSize;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
@@ -210,6 +211,8 @@ pub struct Files {
     /// Bake a .cube look-up table, which reads and gives sRGB codes, into PNG, TIFF or a movie.
     #[arg(long, value_name = "FILE")]
     pub lut: Option<PathBuf>,
+    #[command(flatten)]
+    pub ocio: ColorChoice,
     /// Keep stills of a stopped export whose project, network, environment and look are the same, and write the others.
     #[arg(long)]
     pub resume: bool,

@@ -13,7 +13,6 @@ use base::error::Result;
 use compositor::Field;
 use compositor::reference::extend_edges;
 use exr::meta::attribute::{AttributeValue, Text};
-use imaging::color_space::ColorSpace;
 use imaging::resample::resize;
 use imaging::{Image, Mask};
 use serde::{Deserialize, Serialize};
@@ -114,9 +113,9 @@ impl LightLayers {
         self
     }
 
-    /// The same for a file in these primaries: weights per channel hold in Rec. 709 alone.
-    pub fn in_space(mut self, space: ColorSpace) -> Self {
-        if space != ColorSpace::Rec709 {
+    /// The same for a file whose light is another than ours: weights per channel hold in Rec. 709 alone.
+    pub fn in_space(mut self, keeps_light: bool) -> Self {
+        if !keeps_light {
             for layer in &mut self.lamps {
                 let weight = std::mem::replace(&mut layer.weight, [1.0; 3]);
                 for pixel in &mut layer.picture.pixels {
@@ -188,7 +187,8 @@ impl LightLayers {
     }
 }
 
-fn file_name(path: &Path) -> String {
+/// A path's last part.
+pub(super) fn file_name(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }

@@ -1,11 +1,15 @@
 //! Export: pictures as PNG, TIFF and EXR stills, with light layers, as movies, and as contact sheets.
 
+mod certificate;
 mod clip;
 mod codec;
 mod colors;
+#[cfg(test)]
+mod config_tests;
 mod destination;
 mod encoder;
 mod exr_channels;
+mod exr_file;
 mod exr_settings;
 mod exr_still;
 mod footage_print;
@@ -30,6 +34,10 @@ mod time_code;
 mod whole;
 mod writer;
 
+pub use certificate::{
+    Certificate, CertifiedFrame, CertifiedLayers, CertifySettings, Fault, FileHash, Remark,
+    Verification, names_frames,
+};
 pub use clip::{ClipWriter, Movie};
 pub use codec::{Codec, Container};
 pub use colors::{Encoding, OutputSpace};

@@ -1,7 +1,7 @@
 //! Which light layers an EXR has, and with what weights, as its header says.
 
 use super::exr_settings::{ExrAlpha, LayerFiles};
-use super::layers::{ListedLayer, REST, WEIGHTS, weights_file};
+use super::layers::{ListedLayer, REST, WEIGHTS, file_name, weights_file};
 use base::error::{Error, Result};
 use base::files::{open, read_text};
 use exr::meta::MetaData;
@@ -53,11 +53,30 @@ impl LayerListing {
         let parts = MetaData::read_from_buffered(BufReader::new(file), false)
             .map_err(|e| Error::codec("read", path, e, REMEDY))?
             .headers;
-        let missing =
-            |what: &str| Error::missing(format!("{} has no {what}", path.display()), REMEDY);
-        let first = parts.first().ok_or_else(|| missing("part"))?;
-        let written =
-            text(first, WEIGHTS).ok_or_else(|| missing("weights of light layers in the header"))?;
+        Self::of_parts(path, &parts)
+    }
+
+    /// Of the EXR `path` with these headers.
+    ///
+    /// # Errors
+    /// When it has no light layers, or the JSON file beside it is needed and cannot be read.
+    pub(super) fn of_parts(path: &Path, parts: &[Header]) -> Result<Self> {
+        Self::if_any(path, parts)?.ok_or_else(|| {
+            let problem = "has no weights of light layers in the header";
+            Error::missing(format!("{} {problem}", path.display()), REMEDY)
+        })
+    }
+
+    /// Of the EXR `path` with these headers. None if they do not say that there are any.
+    ///
+    /// # Errors
+    /// When they do, and the JSON file beside it is needed and cannot be read.
+    pub(super) fn if_any(path: &Path, parts: &[Header]) -> Result<Option<Self>> {
+        let Some((first, written)) =
+            (parts.first()).and_then(|first| Some((first, text(first, WEIGHTS)?)))
+        else {
+            return Ok(None);
+        };
         let lamps: Vec<ListedLayer> =
             serde_json::from_str(&written).map_err(|e| Error::codec("read", path, e, REMEDY))?;
         let window = first.shared_attributes.display_window.size;
@@ -81,7 +100,7 @@ impl LayerListing {
             listing.rest = beside.rest;
             if listing.lamps.iter().any(|layer| layer.file.is_some()) {
                 listing.place = LayerFiles::Files;
-                return Ok(listing);
+                return Ok(Some(listing));
             }
         }
         let named = |name: &Text| name.eq(REST);
@@ -93,7 +112,17 @@ impl LayerListing {
         if listing.rest.is_none() && (has_channel || parts.iter().any(is_part)) {
             listing.rest = Some(RestLayer { file: None });
         }
-        Ok(listing)
+        Ok(Some(listing))
+    }
+
+    /// Names of the files beside the picture `path` that belong to it: that of the weights, if it is there, and those of the
+    /// layers.
+    pub(super) fn files_beside(self, path: &Path) -> Vec<String> {
+        let json = weights_file(path);
+        let json = json.is_file().then(|| file_name(&json));
+        let layers = self.lamps.into_iter().filter_map(|layer| layer.file);
+        let rest = self.rest.and_then(|rest| rest.file);
+        json.into_iter().chain(layers).chain(rest).collect()
     }
 }
 

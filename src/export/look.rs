@@ -24,13 +24,15 @@ pub(super) struct Look<'a> {
     pub front: Front,
     /// What scenes have to make.
     output: Output,
+    /// What a configuration makes of light; "" without one.
+    colors: String,
 }
 
 impl<'a> Look<'a> {
     /// Reads the environment.
     ///
     /// # Errors
-    /// When it, or the look-up table, cannot be read, or the destination is not understood.
+    /// When it, the look-up table or the configuration for colours cannot be read, or the destination is not understood.
     pub fn open(
         project: &'a Project,
         settings: &'a RelightSettings,
@@ -39,6 +41,7 @@ impl<'a> Look<'a> {
         let files = &settings.files;
         let destination = Destination::parse(&files.to)?;
         let encoding = Encoding::open(files.space, files.lut.as_deref())?;
+        let encoding = encoding.with_config(files.ocio.transform()?);
         let (environment, known_front) = match &settings.read {
             Some(read) => (read.clone(), Front::default()),
             None => {
@@ -54,6 +57,7 @@ impl<'a> Look<'a> {
             environment,
             front: settings.front.unwrap_or(known_front),
             output: output(files, &destination, &encoding, &settings.largest_effects()),
+            colors: encoding.identity().to_owned(),
         })
     }
 
@@ -74,6 +78,7 @@ impl<'a> Look<'a> {
             &self.environment,
             self.settings,
             self.frames.0,
+            &self.colors,
         )
     }
 }

@@ -26,7 +26,7 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// Of an export whose first frame is `first`: its light sets the level of all.
+    /// Of an export whose first frame is `first`: its light sets the level of all. `colors` is what a configuration makes of light.
     ///
     /// # Errors
     /// When calibration, network or look-up table cannot be read.
@@ -35,6 +35,7 @@ impl Provenance {
         environment: &Environment,
         asked: &RelightSettings,
         first: usize,
+        colors: &str,
     ) -> Result<Self> {
         let settings = &project.settings;
         let read = |path: &Path| {
@@ -75,15 +76,17 @@ impl Provenance {
         if let Some(table) = &asked.files.lut {
             written.bytes(&read(table)?);
         }
+        written.text(colors);
         for lamp in &asked.solo {
             written.text(lamp);
         }
         let common = format!(
-            "version={} project={} checkpoint={} environment={}",
+            "version={} project={} checkpoint={} environment={} settings={}",
             env!("CARGO_PKG_VERSION"),
             made_of,
             network,
-            lit_by
+            lit_by,
+            look(asked)
         );
         Ok(Self {
             common,
@@ -105,6 +108,20 @@ impl Provenance {
             self.common, scene.frame
         )
     }
+}
+
+/// Of how an export is to look, whichever of its frames: what is animated counts as a whole.
+fn look(asked: &RelightSettings) -> Hash {
+    let mut look = Hash::default();
+    look.text(&format!(
+        "{:?} {:?} {} {:?} {:?} {:?}",
+        asked.front, asked.yaw_deg, asked.turntable, asked.animation, asked.solo, asked.lighting
+    ));
+    look.text(&format!(
+        "{:?} {:?} {:?}",
+        asked.effects, asked.exposure_stops, asked.background
+    ));
+    look
 }
 
 /// What a file says about what it was made of. None if it says nothing, or is no whole file.

@@ -1,5 +1,6 @@
 //! The check that light layers give back what they are layers of.
 
+use super::exr_file::{ExrFile, Part};
 use super::exr_still::written_light;
 use super::layers::REST;
 use super::listing::LayerListing;
@@ -7,16 +8,12 @@ use super::still::{About, no_light};
 use base::error::{Error, Result};
 use base::files::is_bare;
 use compositor::Picture;
-use exr::meta::MetaData;
-use exr::prelude::{AnyChannels, FlatImage, FlatSamples, Layer};
+use exr::prelude::FlatImage;
 use imaging::Image;
-use imaging::file::{MAX_PIXELS, check_openexr};
 use serde::Serialize;
 use std::path::Path;
 
 const REMEDY: &str = "Export it again with its light layers";
-/// What a byte of a file can be at most once it is unpacked: deflate makes 1032 of one.
-const MOST_PER_BYTE: u64 = 2048;
 /// A residual that the rounding of half floats explains: half a step of 2⁻¹¹ for the layers, and as much for picture
 /// and rest.
 const ROUNDING: f32 = 1.0 / 1024.0;
@@ -43,8 +40,6 @@ struct Sum {
     rest: Option<Vec<[f64; 3]>>,
     beauty: Vec<[f64; 3]>,
 }
-
-type Part = Layer<AnyChannels<FlatSamples>>;
 
 /// The sum of a file's light layers, each times the weight that its header says: the relit subject within the data
 /// window, linear and as its alpha says.
@@ -104,17 +99,24 @@ impl Rebuild {
     /// # Errors
     /// As [`rebuilt`].
     pub fn of_file(path: &Path) -> Result<Self> {
-        let mut sum = Sum::of(path)?;
+        Sum::of(path).map(Self::of_sum)
+    }
+
+    /// The same of a file that has been decoded.
+    ///
+    /// # Errors
+    /// When a layer is not there, has another size than the picture, or its own file cannot be read.
+    pub(super) fn of_image(path: &Path, file: &FlatImage, layers: &LayerListing) -> Result<Self> {
+        Sum::of_image(path, file, layers).map(Self::of_sum)
+    }
+
+    fn of_sum(mut sum: Sum) -> Self {
         if let Some(rest) = &sum.rest {
             for (sum, rest) in sum.lamps.iter_mut().zip(rest) {
                 (0..3).for_each(|c| sum[c] += rest[c]);
             }
         }
-        Ok(Self::compare(
-            sum.layers,
-            &sum.lamps,
-            sum.beauty.into_iter(),
-        ))
+        Self::compare(sum.layers, &sum.lamps, sum.beauty.into_iter())
     }
 
     fn compare(layers: usize, sums: &[[f64; 3]], wanted: impl Iterator<Item = [f64; 3]>) -> Self {
@@ -188,10 +190,13 @@ impl Rebuild {
 
 impl Sum {
     fn of(path: &Path) -> Result<Self> {
-        let file = read(path)?;
-        let listing = LayerListing::of(path)?;
-        let first = (file.layer_data.first())
-            .ok_or_else(|| Error::invalid(format!("{} has no part", path.display()), REMEDY))?;
+        let file = ExrFile::open(path, REMEDY)?;
+        let layers = LayerListing::of_parts(path, &file.parts)?;
+        Self::of_image(path, &file.decode(path, REMEDY)?, &layers)
+    }
+
+    fn of_image(path: &Path, file: &FlatImage, listing: &LayerListing) -> Result<Self> {
+        let first = (file.layer_data.first()).ok_or_else(|| missing(path, "part"))?;
         let window = first.size;
         let pixels = window.area();
         let corner = first.attributes.layer_position - file.attributes.display_window.position;
@@ -200,7 +205,7 @@ impl Sum {
             let weight = entry.weight.map(f64::from);
             add(
                 path,
-                &file,
+                file,
                 &entry.layer,
                 entry.file.as_deref(),
                 weight,
@@ -211,7 +216,7 @@ impl Sum {
         add_channels(path, first, "", [1.0; 3], &mut beauty)?;
         let rest = listing.rest.as_ref().map(|layer| {
             let (mut rest, file_name) = (vec![[0f64; 3]; pixels], layer.file.as_deref());
-            add(path, &file, REST, file_name, [1.0; 3], &mut rest).map(|()| rest)
+            add(path, file, REST, file_name, [1.0; 3], &mut rest).map(|()| rest)
         });
         Ok(Self {
             size: (window.width(), window.height()),
@@ -244,7 +249,7 @@ fn add(
             ));
         }
         let path = path.with_file_name(name);
-        let file = read(&path)?;
+        let file = ExrFile::open(&path, REMEDY)?.decode(&path, REMEDY)?;
         let first = file
             .layer_data
             .first()
@@ -298,34 +303,4 @@ fn part<'a>(file: &'a FlatImage, name: &str) -> Option<&'a Part> {
 
 fn missing(path: &Path, what: &str) -> Error {
     Error::missing(format!("{} has no {what}", path.display()), REMEDY)
-}
-
-/// Reads all parts, unless they claim more pixels than the file can hold.
-fn read(path: &Path) -> Result<FlatImage> {
-    let fail = |e: exr::error::Error| Error::codec("read", path, e, REMEDY);
-    let wrong = |problem: String| Error::invalid(format!("{}: {problem}", path.display()), REMEDY);
-    let opened = base::files::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
-    let length = (opened.metadata().map(|data| data.len()))
-        .map_err(|e| Error::io("read", path, e, REMEDY))?;
-    let reader = std::io::BufReader::new(opened);
-    let parts = MetaData::read_from_buffered(reader, false)
-        .map_err(fail)?
-        .headers;
-    check_openexr(&parts).map_err(wrong)?;
-    let mut bytes = 0u64;
-    for part in &parts {
-        let pixels = part.layer_size.0 as u64 * part.layer_size.1 as u64;
-        if pixels > MAX_PIXELS as u64 {
-            return Err(wrong(format!(
-                "it claims to have {pixels} pixels, and at most {MAX_PIXELS} are read"
-            )));
-        }
-        bytes = bytes.saturating_add(pixels.saturating_mul(part.channels.bytes_per_pixel as u64));
-    }
-    if bytes > length.saturating_mul(MOST_PER_BYTE) {
-        return Err(wrong(format!(
-            "it claims to hold {bytes} bytes of pixels in {length} bytes"
-        )));
-    }
-    exr::prelude::read_all_flat_layers_from_file(path).map_err(fail)
 }

@@ -64,9 +64,10 @@ fn run(
     part: Option<&Part>,
     progress: &Progress,
 ) -> Result<RelightReport> {
+    let settings = &settings.of_project(project);
     let whole = frame_range(project, settings.frames)?;
     check(&settings.files, &settings.files.to, whole.1 - whole.0 + 1)?;
-    settings.check_keys()?;
+    settings.check()?;
     let (first, last) = part.map_or(whole, |part| part.frames);
     if first > last || first < whole.0 || last > whole.1 {
         return Err(Error::missing(

@@ -9,7 +9,7 @@ use super::time_code::TimeCode;
 use base::error::{Error, Result};
 use base::files::write_beside;
 use compositor::{Picture, code};
-use imaging::color::byte_from_unit;
+use imaging::color::{byte_from_unit, unit};
 use imaging::color_space::Primaries;
 use png::chunk::ChunkType;
 use std::io;
@@ -99,6 +99,9 @@ fn color_chunks<W: io::Write>(
     encoding: &Encoding,
 ) -> Option<[u8; 2]> {
     use super::colors::OutputSpace;
+    if encoding.is_untagged() {
+        return None;
+    }
     let space = match encoding.space {
         None | Some(OutputSpace::Srgb) => {
             encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
@@ -142,7 +145,10 @@ fn write_still_tiff(path: &Path, picture: &Picture, about: &About) -> Result<()>
     let (codes, opaque) = file_codes(path, picture, about.encoding)?;
     let words: Vec<u16> = codes.map(word_from_unit).collect();
     let (width, height) = picture.alpha.size();
-    let space = (about.encoding.space).map_or("sRGB", super::colors::OutputSpace::name);
+    let space = match about.encoding.config() {
+        Some(config) => &*config.space,
+        None => (about.encoding.space).map_or("sRGB", super::colors::OutputSpace::name),
+    };
     let mut described = format!("Colour space: {space}");
     if let Some(provenance) = about.provenance {
         described += &format!("\n{PROVENANCE}: {provenance}");
@@ -198,18 +204,48 @@ pub(super) fn straight<'a>(
     let light = picture.linear.as_ref();
     let opaque = picture.alpha.pixels.iter().all(|&alpha| alpha >= 1.0);
     let of_file = encoding.codes();
+    let of_config = (encoding.config().zip(light)).map(|(config, light)| {
+        let divided = light.pixels.iter().zip(&picture.alpha.pixels);
+        let divided = divided.map(|(pixel, &alpha)| match alpha {
+            1.0.. => *pixel,
+            _ if alpha > 0.0 => pixel.map(|v| v / alpha),
+            _ => [0.0; 3],
+        });
+        let mut pixels: Vec<_> = divided.collect();
+        config.apply(&mut pixels);
+        pixels
+    });
+    let is_there = match encoding.config() {
+        Some(_) => light.is_some(),
+        None => light.is_some() || (opaque && codes.is_some()),
+    };
     let pixels = (0..picture.alpha.pixels.len()).map(move |i| {
         let alpha = picture.alpha.pixels[i];
-        let [r, g, b] = match (codes, light) {
-            (Some(codes), _) if alpha >= 1.0 => of_file(codes.pixels[i]),
-            (_, Some(light)) if alpha > 0.0 => {
+        let [r, g, b] = match (&of_config, codes, light) {
+            (Some(codes), ..) if alpha > 0.0 => codes[i].map(unit),
+            (None, Some(codes), _) if alpha >= 1.0 => of_file(codes.pixels[i]),
+            (None, _, Some(light)) if alpha > 0.0 => {
                 of_file(code(light.pixels[i].map(|v| v / alpha), picture.view))
             }
             _ => [0.0; 3],
         };
         [r, g, b, alpha]
     });
-    (light.is_some() || (opaque && codes.is_some())).then_some(pixels)
+    is_there.then_some(pixels)
+}
+
+/// Codes of a file without alpha, all in `[0, 1]`: the picture in front of black. None if light is needed and missing.
+pub(super) fn over_black(picture: &Picture, encoding: &Encoding) -> Option<Vec<[f32; 3]>> {
+    match encoding.config() {
+        Some(config) => {
+            let light = picture.linear.as_ref()?;
+            Some(config.encoded(light).0.pixels)
+        }
+        None => {
+            let codes = picture.display.as_ref()?.0.pixels.iter();
+            Some(codes.copied().map(encoding.codes()).collect())
+        }
+    }
 }
 
 /// A picture that was made for a display alone is asked for in linear light.

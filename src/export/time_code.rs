@@ -61,6 +61,34 @@ impl TimeCode {
         })
     }
 
+    /// The times that a header's time code may stand for in a clip of `frame_rate` frames per second: several above 60, where
+    /// more than two frames share a number; none if there is no such number at that rate.
+    pub(super) fn of_header(
+        code: attribute::TimeCode,
+        frame_rate: f64,
+    ) -> impl Iterator<Item = Self> {
+        let rate = whole(frame_rate);
+        let together = rate.div_ceil(30);
+        let fits = code.hours < 24 && code.minutes < 60 && code.seconds < 60;
+        let among = if code.field_phase {
+            1..together
+        } else {
+            0..u16::from(fits)
+        };
+        let frames = among.map(move |n| u16::from(code.frame) * together + n);
+        frames
+            .filter(move |frame| fits && *frame < rate)
+            .map(move |frame| Self {
+                hours: code.hours,
+                minutes: code.minutes,
+                seconds: code.seconds,
+                frame,
+                rate,
+                // A rate that drops no numbers cannot have them dropped.
+                drop: code.drop_frame && rate.is_multiple_of(30),
+            })
+    }
+
     /// The time `frames` frames later.
     #[must_use]
     pub fn plus(self, frames: usize) -> Self {

@@ -2,7 +2,7 @@
 
 use super::clip::Movie;
 use super::codec::{Codec, Container};
-use super::colors::Encoding;
+use super::colors::{Encoding, check_config, check_linear};
 use super::format::{Bits, Existing, Files, MovieAlpha};
 use super::interview::Interview;
 use super::layers::LightLayers;
@@ -68,7 +68,10 @@ impl Writer {
             _ => files.to.clone(),
         };
         let destination = check(files, &to, last - first + 1)?;
-        let encoding = Encoding::open(files.space, files.lut.as_deref())?;
+        let config = files.ocio.transform()?;
+        let is_linear = destination.output() == Output::Linear;
+        check_linear(config.as_ref(), &to, is_linear)?;
+        let encoding = Encoding::open(files.space, files.lut.as_deref())?.with_config(config);
         let written = files.size.map_or(size, |longest| fitted(size, longest));
         // What exports to this folder left when they were killed. Beside other workers nothing is removed: whether their
         // files are left over, another machine's clock and locks cannot say for sure.
@@ -199,7 +202,7 @@ impl Writer {
         if let (Some(picture), Some(subject)) = (&shown.linear, &subject.linear) {
             layers = layers.with_rest(picture, subject);
         }
-        let layers = layers.in_space(self.encoding.primaries());
+        let layers = layers.in_space(self.encoding.keeps_light());
         Lights { layers, subject }
     }
 
@@ -314,7 +317,9 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
         ));
     }
     let is_linear = destination.output() == Output::Linear;
-    Encoding::check(files.space, files.lut.as_deref(), to, is_linear)?;
+    let table = files.lut.as_deref();
+    Encoding::check(files.space, table, to, is_linear)?;
+    check_config(&files.ocio, (files.space, table), to, is_linear)?;
     match &destination {
         Destination::Clip(path) => {
             let codec = Codec::of(files.codec, path)?;

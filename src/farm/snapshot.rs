@@ -31,6 +31,7 @@ pub(crate) fn copy_project(project: &Project, to: &Path) -> Result<Project> {
     })?;
     // The job has the one that is used, and full paths mean nothing on other machines.
     copy.settings.environments.clear();
+    copy.settings.color_config = None;
     copy.save()?;
     copy_file(&project.calibration_path(), &copy.calibration_path())?;
     Ok(copy)
@@ -109,6 +110,9 @@ pub(crate) fn take(
         }
     };
     settings.front = Some(settings.front.unwrap_or(front));
+    *settings = settings.of_project(project);
+    // A worker has another variable OCIO, or none, and works in another folder.
+    settings.files.ocio = std::mem::take(&mut settings.files.ocio).pinned()?;
     let kept = KeptEnvironment::write(&environment, &job.join(ENVIRONMENT))?;
     settings.read = Some(environment);
     let copy = copy_project(project, &job.join(SNAPSHOT))?;

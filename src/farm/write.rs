@@ -77,7 +77,7 @@ pub fn write_job(
     settings.frames = Some((first, last));
     settings.files = absolute_files(&settings, (first, last))?;
     export::check_files(&settings.files, frames)?;
-    settings.check_keys()?;
+    settings.check()?;
     handover::check(project, &settings)?;
     let job = new_folder(&farm.job)?;
     let (copy, environment) = snapshot::take(project, &mut settings, &job, progress)?;

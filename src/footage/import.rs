@@ -165,6 +165,7 @@ pub fn plan_import(
                 lamp_layout,
             },
             environments: Vec::new(),
+            color_config: None,
             framing: Framings::default(),
         },
     };

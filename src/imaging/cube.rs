@@ -30,13 +30,13 @@ pub struct Cube {
 
 /// Values over a range of inputs.
 #[derive(Clone, Debug, PartialEq)]
-struct Table {
+pub(crate) struct Table {
     /// Entries along an axis, 2 or more.
-    size: usize,
-    least: [f32; 3],
-    most: [f32; 3],
+    pub size: usize,
+    pub least: [f32; 3],
+    pub most: [f32; 3],
     /// `size` entries of a curve, or `size³` of a cube, red fastest.
-    values: Vec<[f32; 3]>,
+    pub values: Vec<[f32; 3]>,
 }
 
 impl Cube {
@@ -212,7 +212,8 @@ impl Table {
         })
     }
 
-    fn cube(&self, rgb: [f32; 3]) -> [f32; 3] {
+    /// What a cube makes of a colour.
+    pub fn cube(&self, rgb: [f32; 3]) -> [f32; 3] {
         let places: [(usize, f32); 3] = std::array::from_fn(|c| self.place(rgb[c], c));
         let steps = [1, self.size, self.size * self.size];
         let mut at: usize = (0..3).map(|c| places[c].0 * steps[c]).sum();

@@ -3,6 +3,7 @@
 pub mod color;
 pub mod color_space;
 mod cube;
+mod display_table;
 mod dual_gamma;
 pub mod file;
 mod raster;
@@ -10,6 +11,7 @@ pub mod resample;
 mod response;
 
 pub use cube::Cube;
+pub use display_table::DisplayTable;
 pub use dual_gamma::DualGamma;
 pub use raster::{Encoded, Image, Mask, Raster};
 pub use response::Response;

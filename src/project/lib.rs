@@ -67,6 +67,9 @@ pub struct Settings {
     pub size: usize,
     /// Every random draw of this project comes from this seed.
     pub seed: u64,
+    /// The OpenColorIO configuration: relative to the project's folder, absolute, or a built-in one such as `ocio://default`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub color_config: Option<PathBuf>,
     /// Where the pictures are.
     pub shoot: Shoot,
     /// Environments that a person added. Files below the project's or the shoot's folder are relative to the
@@ -89,6 +92,7 @@ impl Project {
                 name: "empty".to_owned(),
                 size: 16,
                 seed: 1,
+                color_config: None,
                 shoot: Shoot {
                     folder: PathBuf::from("."),
                     frame_rate: 24.0,
@@ -185,7 +189,8 @@ impl Project {
         }
         let shoot = &self.settings.shoot;
         let environments = self.settings.environments.iter();
-        let mut paths = environments.map(|one| &one.file).chain([&shoot.folder]);
+        let mut paths = (environments.map(|one| &one.file).chain([&shoot.folder]))
+            .chain(&self.settings.color_config);
         if let Some(path) = paths.find(|path| path.to_str().is_none()) {
             return Err(Error::invalid(
                 format!(
@@ -219,6 +224,36 @@ impl Project {
             project.save()?;
         }
         Ok(made)
+    }
+
+    /// Where the project's OpenColorIO configuration is, or the name of a built-in one. None if it has none.
+    pub fn color_config(&self) -> Option<PathBuf> {
+        let config = self.settings.color_config.as_ref()?;
+        Some(if is_built_in(config) {
+            config.clone()
+        } else {
+            self.root.join(config)
+        })
+    }
+
+    /// Chooses an OpenColorIO configuration, or none. For [`Self::change`].
+    ///
+    /// # Errors
+    /// When its file is not there.
+    pub fn set_color_config(&mut self, config: Option<&Path>) -> Result<()> {
+        let remedy = "Choose the file config.ocio";
+        let full = |p: &Path| {
+            p.canonicalize()
+                .map_err(|e| Error::io("open", p, e, remedy))
+        };
+        self.settings.color_config = match config {
+            Some(file) if !is_built_in(file) => {
+                let (file, root) = (full(file)?, full(&self.root)?);
+                Some(file.strip_prefix(root).map_or(file.clone(), PathBuf::from))
+            }
+            other => other.map(PathBuf::from),
+        };
+        Ok(())
     }
 
     /// Refuses a project whose shoot is not where it was.
@@ -400,6 +435,13 @@ pub fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
         .count();
     let up = from.components().skip(shared).map(|_| Component::ParentDir);
     Ok(up.chain(to.components().skip(shared)).collect())
+}
+
+/// Whether a configuration is one that OpenColorIO itself holds.
+fn is_built_in(config: &Path) -> bool {
+    config
+        .to_str()
+        .is_some_and(|name| name.starts_with("ocio://"))
 }
 
 /// Refuses a working size that the network cannot halve down to one pixel.

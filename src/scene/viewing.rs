@@ -1,14 +1,16 @@
 //! How a person looks at a picture on the display: brighter, lifted, or through another tone curve. Nothing of it is exported.
 
 use super::ViewTransform;
+use imaging::DisplayTable;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 /// Range of the viewing gamma.
 pub const GAMMA: RangeInclusive<f32> = 0.2..=5.0;
 
 /// What is done to a picture for looking at it, right before its tone curve.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Viewing {
     /// Exposure in stops.
@@ -17,6 +19,9 @@ pub struct Viewing {
     pub gamma: f32,
     /// The tone curve in place of the picture's own; None for that.
     pub view: Option<ViewTransform>,
+    /// The view of a person's colour configuration in place of any tone curve.
+    #[serde(skip)]
+    pub through: Option<Arc<DisplayTable>>,
 }
 
 impl Default for Viewing {
@@ -25,6 +30,7 @@ impl Default for Viewing {
             exposure_stops: 0.0,
             gamma: 1.0,
             view: None,
+            through: None,
         }
     }
 }
@@ -45,17 +51,17 @@ impl Viewing {
         Self {
             exposure_stops: within(self.exposure_stops, super::EXPOSURE_STOPS, 0.0),
             gamma: within(self.gamma, GAMMA, 1.0),
-            view: self.view,
+            ..self
         }
     }
 
     /// What linear light is multiplied by, and the power that it is raised to then; both 1 if neither changes anything.
-    pub fn factor_and_power(self) -> [f32; 2] {
+    pub fn factor_and_power(&self) -> [f32; 2] {
         let Self {
             exposure_stops,
             gamma,
             ..
-        } = self.bounded();
+        } = self.clone().bounded();
         [exposure_stops.exp2(), gamma.recip()]
     }
 }
@@ -71,13 +77,13 @@ mod tests {
         let wild = Viewing {
             exposure_stops: f32::NAN,
             gamma: f32::NAN,
-            view: None,
+            ..Viewing::default()
         };
         assert!(wild.bounded().is_neutral());
         let wild = Viewing {
             exposure_stops: f32::INFINITY,
             gamma: 0.0,
-            view: None,
+            ..Viewing::default()
         };
         assert_eq!(wild.factor_and_power(), [1024.0, 5.0]);
     }

@@ -293,9 +293,11 @@ impl StudioApp {
         let withdrawn: Vec<String> = withdrawn.collect();
         let unsaved = self.autosave.failures().chain(self.library.unsaved());
         let unread = self.readers.inspector.failure();
+        let unseen = self.readers.colors.receive(&mut self.state);
         let failures = unsaved
             .chain(withdrawn)
             .chain(unread)
+            .chain(unseen)
             .chain(self.exports.destination.failure());
         failures.for_each(|failure| self.status.refuse(failure));
     }
@@ -360,6 +362,7 @@ impl StudioApp {
             footage: &self.readers.footage,
             matte: &self.readers.matte,
             looks: &self.looks,
+            color_views: &self.readers.colors,
             unsaved: unsaved.as_deref(),
         };
         let layout = self.autosave.layout();

@@ -12,6 +12,7 @@ use super::stored_looks::LookId;
 use super::training::TrainChoice;
 use super::wizard::Plan;
 use calibration::{Circle, Trial};
+use color_config::ColorChoice;
 use evaluation::review::{Mark, MarkedOlat, Metric};
 use farm::Engine;
 use footage::candidate::Slot;
@@ -162,6 +163,8 @@ pub enum ViewCommand {
     ChooseLight(Option<usize>),
     /// How the picture is looked at; nothing of it is exported.
     Viewing(Viewing),
+    /// Look through a view of the OpenColorIO configuration in place of a tone curve; None to end that.
+    LookThrough(Option<ColorChoice>),
     /// Change the viewing exposure by this many stops.
     StepViewing(f32),
     /// Look at this in place of the picture, or at the picture again.

@@ -3,6 +3,7 @@
 use super::environment_library::PanoramaState;
 use super::look::LookSettings;
 use super::status::Phase;
+use color_config::ColorChoice;
 use compositor::Storage;
 use export::relight::RelightSettings;
 use export::{Existing, ExrSettings, Files, Format, HandOver, LayerFiles, MovieAlpha, OutputSpace};
@@ -204,6 +205,7 @@ impl ExportOptions {
                 movie_alpha: self.movie_alpha(),
                 space: self.space,
                 lut: self.table(&project.root),
+                ocio: ColorChoice::default(),
                 no_sound: !self.sound,
                 resume: self.resume && !self.format.is_movie(),
                 exr: self.exr,

@@ -4,6 +4,7 @@
 mod accuracy;
 mod app;
 mod calibration_analysis;
+mod color_views;
 mod command;
 mod comparison;
 mod destination_check;

@@ -2,6 +2,7 @@
 //! what only the drawing needs, reads the rest here, and changes nothing but by commands.
 
 use super::accuracy::Accuracy;
+use super::color_views::ColorViews;
 use super::destination_check::ExistingFiles;
 use super::environment_library::EnvironmentEntry;
 use super::environment_list::ListedEnvironment;
@@ -72,6 +73,8 @@ pub struct PanelContext<'a> {
     pub matte: &'a MattePainting,
     /// The stored looks of the project and of the person.
     pub looks: &'a StoredLooks,
+    /// What the OpenColorIO configuration offers to look through.
+    pub color_views: &'a ColorViews,
     /// Why something that was changed is not on the disk.
     pub unsaved: Option<&'a str>,
 }

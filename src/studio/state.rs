@@ -17,6 +17,7 @@ use super::look::LookSettings;
 use super::region::Region;
 use added::Added;
 use aiming::Aiming;
+use color_config::ColorChoice;
 use evaluation::review::Metric;
 use project::Project;
 use scene::{Inspection, Output, Scene, Viewing};
@@ -102,6 +103,8 @@ pub struct State {
     pub loops: bool,
     /// How the picture is looked at; nothing of it is exported.
     pub viewing: Viewing,
+    /// The view of the OpenColorIO configuration that is looked through as soon as its table is there, in place of a tone curve.
+    pub color_view: Option<ColorChoice>,
     /// What is shown in place of the picture.
     pub inspection: Inspection,
     /// What the next export is to be.
@@ -161,6 +164,7 @@ impl State {
             playing: false,
             loops: true,
             viewing: Viewing::default(),
+            color_view: None,
             inspection: Inspection::default(),
             export_options: ExportOptions::default(),
             view: View::FITTED,
@@ -210,7 +214,7 @@ impl State {
             exposure_stops: look.exposure_stops,
             background: look.background,
             output: Output::Display,
-            viewing: self.viewing.bounded(),
+            viewing: self.viewing.clone().bounded(),
         }
     }
 

@@ -253,10 +253,12 @@ fn compose(
 pub(super) struct ViewTable(Option<(PathBuf, Option<SystemTime>, Cube)>);
 
 impl ViewTable {
-    /// The table in a file, if the scene is shown through one.
+    /// The table in a file, if the scene is shown through one. It reads codes of our own curves, so a configuration's view goes
+    /// without it.
     pub fn of(&mut self, scene: &Scene, path: Option<&PathBuf>) -> Result<Option<&Cube>> {
         let is_picture = scene.effects.inspection == Inspection::Picture;
-        let Some(path) = path.filter(|_| is_picture) else {
+        let is_ours = scene.viewing.through.is_none();
+        let Some(path) = path.filter(|_| is_picture && is_ours) else {
             return Ok(None);
         };
         let changed = path.metadata().and_then(|file| file.modified()).ok();

@@ -1,14 +1,17 @@
 //! How the picture is looked at, of which nothing is exported; and the scopes, which count what is seen.
 
 use super::{
-    MIDDLE, Window, clay, clay_window, drag, picture, snapshot, until, until_shown, window,
+    MIDDLE, Window, clay, clay_window, drag, picture, snapshot, until, until_labelled, until_shown,
+    window,
 };
+use afterlight::color_config::ColorConfig;
 use afterlight::scene::{Channel, Inspection, ViewTransform};
 use afterlight::studio::StudioApp;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use std::path::Path;
 
 /// Presses a key so often, and waits for what it asks for: the window takes in one event a step.
 fn press(window: &mut Window, key: Key, times: usize) {
@@ -107,7 +110,7 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
         window.run_steps(50);
     }
     until_shown(&mut window);
-    let viewing = window.state().state().viewing;
+    let viewing = &window.state().state().viewing;
     assert!(viewing.is_neutral(), "{viewing:?}");
     assert_eq!(picture(&window), plain);
 
@@ -125,6 +128,67 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
     press(&mut window, Key::R, 1);
     let red = Inspection::Channel(Channel::Red);
     assert_eq!(window.state().state().inspection, red);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    window.run_steps(4);
+    until_shown(&mut window);
+    assert_eq!(picture(&window), plain);
+}
+
+#[test]
+fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
+    const VIEW: &str = "ACES 2.0 - SDR 100 nits (Rec.709)";
+    let folder = crate::temporary();
+    let mut project = clay::project(folder.path(), clay::environments(folder.path()));
+    let config = Path::new("ocio://default");
+    project.settings.color_config = Some(config.to_path_buf());
+    let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
+    });
+    until_shown(&mut window);
+    let relit = window.state().relit().unwrap().clone();
+    let plain = relit.rgb.clone();
+    let menu = |window: &mut Window, entry: &str| {
+        let bar = window.get_by_role_and_label(Role::ComboBox, "View");
+        bar.click();
+        window.run_steps(3);
+        until_labelled(window, entry);
+    };
+    menu(&mut window, VIEW);
+    window.get_by_label("Rec.1886 Rec.709 - Display");
+    window.run_steps(4);
+    snapshot(&mut window, "studio_color_views");
+    window.get_by_label(VIEW).click();
+    let is_through = |app: &StudioApp| app.state().viewing.through.is_some();
+    until(&mut window, "table of the view", is_through);
+    until_shown(&mut window);
+    // What the configuration itself makes of the same light, pixel by pixel.
+    let view = ColorConfig::open(config)
+        .and_then(|config| config.to_view(None, Some(VIEW), None))
+        .unwrap();
+    let exact = view.encoded(relit.linear.as_ref().unwrap()).0;
+    let exact = exact.pixels.iter().flatten().map(|code| code * 255.0);
+    let seen = picture(&window);
+    let off: Vec<f32> = exact
+        .zip(&seen)
+        .map(|(a, b)| (a - f32::from(*b)).abs())
+        .collect();
+    let near = off.iter().filter(|off| **off < 1.5).count();
+    // Half a step of 8 bits, another of the dither, and the table.
+    assert!(near * 100 >= off.len() * 99, "{near} of {}", off.len());
+    assert_ne!(seen, plain);
+    let said = format!("viewing {VIEW}: not exported");
+    window.get_by_label(&said);
+    snapshot(&mut window, "studio_color_view");
+    assert!(!window.state().state().can_undo());
+
+    // A tone curve takes its place; a reset shows what is exported.
+    menu(&mut window, "filmic");
+    window.get_by_label("filmic").click();
+    until_shown(&mut window);
+    let state = window.state().state();
+    assert_eq!((&state.color_view, &state.viewing.through), (&None, &None));
+    window.get_by_label("viewing filmic: not exported");
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     window.run_steps(4);
     until_shown(&mut window);

@@ -14,8 +14,9 @@ use crate::pyramid::Rgba;
 use crate::view::ViewParams;
 use crate::{self as cpu, CameraView, Grain, Screen, compose::tests::disc, light_wrap, reference};
 use base::error::Result;
-use imaging::{Encoded, Image, Mask, Raster, resample::resize_area};
+use imaging::{DisplayTable, Encoded, Image, Mask, Raster, resample::resize_area};
 use scene::{Channel, Scene, ViewTransform, Viewing};
+use std::sync::Arc;
 
 /// Sizes with nothing in common: a pixel, odd and even ones, one that halves many times.
 const SIZES: [(usize, usize); 4] = [(1, 1), (37, 61), (96, 96), (129, 64)];
@@ -305,25 +306,34 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
         reference::scale(&mut here, 1.5f32.exp2());
         let there = set.there(|recording| recording.scale(&set.on_gpu, 1.5f32.exp2()));
         set.assert_same("exposure", &there, &here, 1e-6);
+        // Channels depend on each other, and all entries differ.
+        let table = Arc::new(DisplayTable::of("film".to_owned(), |pixels| {
+            for [r, g, b] in pixels {
+                let sum = *r + *g + *b;
+                (*r, *g, *b) = [*g, *b, *r].map(|v| (v + 0.2 * sum).sqrt() / 2.0).into();
+            }
+        }));
         let curves = [
-            ViewTransform::Srgb,
-            ViewTransform::Filmic,
-            ViewTransform::Aces,
+            (Some(ViewTransform::Srgb), None),
+            (Some(ViewTransform::Filmic), None),
+            (Some(ViewTransform::Aces), None),
+            (None, Some(table)),
         ];
-        for curve in curves {
+        for (view, through) in curves {
             for (exposure_stops, gamma) in [(0.0, 1.0), (1.5, 1.0), (-2.0, 2.2), (0.0, 0.6)] {
                 let scene = Scene {
                     viewing: Viewing {
                         exposure_stops,
                         gamma,
-                        view: Some(curve),
+                        view,
+                        through: through.clone(),
                     },
                     ..Scene::default()
                 };
                 let here = cpu::viewed(&set.image, &scene).0;
                 let there = set.there(|recording| recording.viewed(&set.on_gpu, &scene));
                 // A twentieth of a step of 8 bits: powers and logarithms are approximate on GPUs.
-                let name = format!("{curve:?} {exposure_stops:+} γ {gamma}");
+                let name = format!("{view:?} {through:?} {exposure_stops:+} γ {gamma}");
                 set.assert_same(&name, &there, &here, 2e-4);
             }
         }

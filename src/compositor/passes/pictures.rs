@@ -3,7 +3,7 @@
 use super::relight::RelightPass;
 use super::shader::Shader;
 use base::error::{Error, Result};
-use imaging::{Image, Mask};
+use imaging::{DisplayTable, Image, Mask};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
@@ -19,6 +19,8 @@ pub struct PicturePasses {
     pub(super) layout: wgpu::BindGroupLayout,
     /// By shader and entry point.
     pipelines: Mutex<HashMap<[&'static str; 2], wgpu::ComputePipeline>>,
+    /// The table that was looked through last, by its identity.
+    table: Mutex<Option<(u64, GpuPicture)>>,
     /// The sum of lamps.
     pub relight: RelightPass,
 }
@@ -77,6 +79,7 @@ impl PicturePasses {
             queue: queue.clone(),
             layout,
             pipelines: Mutex::default(),
+            table: Mutex::default(),
             relight: RelightPass::new(device, queue),
         }
     }
@@ -135,6 +138,20 @@ impl PicturePasses {
     /// As [`Self::upload`].
     pub fn upload_opaque(&self, image: &Image) -> Result<GpuPicture> {
         self.upload_with(image, |_| 1.0)
+    }
+
+    /// A table on the GPU, copied there unless it is the one that was looked through last.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold it.
+    pub(crate) fn display_table(&self, table: &DisplayTable) -> Result<GpuPicture> {
+        let mut last = self.table.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, there)) = last.as_ref().filter(|(of, _)| *of == table.identity()) {
+            return Ok(there.clone());
+        }
+        let there = self.upload_opaque(&table.entries())?;
+        *last = Some((table.identity(), there.clone()));
+        Ok(there)
     }
 
     fn upload_with(&self, image: &Image, alpha: impl Fn(usize) -> f32) -> Result<GpuPicture> {

@@ -9,8 +9,8 @@ use light::conventions::Front;
 use light::{Environment, Lighting, Mapping};
 use project::Project;
 use scene::{
-    Animated, Animation, Background, EXPOSURE_STOPS, Effects, Output, STRENGTHS, Scene, Setting,
-    Viewing,
+    Animated, Animation, Background, EXPOSURE_STOPS, Effects, Output, Pass, STRENGTHS, Scene,
+    Setting, Viewing,
 };
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -127,11 +127,33 @@ impl RelightSettings {
         effects
     }
 
-    /// Refuses keys that nothing follows.
+    /// The same with the project's OpenColorIO configuration, if colours of one are asked for and no other is chosen.
+    #[must_use]
+    pub fn of_project(&self, project: &Project) -> Self {
+        let mut settings = self.clone();
+        let ocio = &mut settings.files.ocio;
+        if ocio.is_asked() {
+            ocio.config = ocio.config.take().or_else(|| project.color_config());
+        }
+        settings
+    }
+
+    /// Refuses what cannot be together.
     ///
     /// # Errors
-    /// When a light that is not there has keys.
-    pub fn check_keys(&self) -> Result<()> {
+    /// When a light that is not there has keys, or grain is asked for where a configuration makes the codes.
+    pub fn check(&self) -> Result<()> {
+        if self.files.ocio.is_asked() && self.largest_effects().asks(Pass::Grain) {
+            return Err(Error::invalid(
+                "grain is measured in the codes of our own view, and an OpenColorIO configuration makes others",
+                "Leave the grain out, or --ocio-display, --ocio-view, --ocio-look and --ocio-space",
+            ));
+        }
+        self.check_keys()
+    }
+
+    /// Refuses keys of a light that is not there.
+    fn check_keys(&self) -> Result<()> {
         let mut lanes = self.animation.lanes();
         let lost = lanes.find(|(setting, _)| !setting.exists(&self.lighting));
         let Some((lost, _)) = lost else {

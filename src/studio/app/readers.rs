@@ -2,6 +2,7 @@
 
 use crate::accuracy::Accuracy;
 use crate::calibration_analysis::CalibrationAnalysis;
+use crate::color_views::ColorViews;
 use crate::footage_reader::{FootageReader, FootageView};
 use crate::layout::Pane;
 use crate::light_aim::LightAim;
@@ -29,6 +30,7 @@ pub struct Readers {
     pub matte: MattePainting,
     pub inspector: PixelInspector,
     pub aim: LightAim,
+    pub colors: ColorViews,
 }
 
 impl Readers {
@@ -67,6 +69,7 @@ impl Readers {
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) {
         self.training.ask(project, shown, wake.clone());
+        self.colors.ask(project, state, wake.clone());
         self.analysis.ask(project, state, shown, wake.clone());
         // The timeline marks frames that are unlike every pose, whatever else is shown.
         let draws = shown.contains(&Pane::Lamps) || shown.contains(&Pane::Review);

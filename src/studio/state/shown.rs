@@ -85,7 +85,13 @@ impl State {
             ViewCommand::Viewing(viewing) => self.viewing = viewing.bounded(),
             ViewCommand::StepViewing(stops) => {
                 self.viewing.exposure_stops += stops;
-                self.viewing = self.viewing.bounded();
+                self.viewing = self.viewing.clone().bounded();
+            }
+            ViewCommand::LookThrough(choice) => {
+                if choice.is_none() {
+                    self.viewing.through = None;
+                }
+                self.color_view = choice;
             }
             ViewCommand::Inspect(inspection) => {
                 self.inspection = match self.inspection == inspection {
@@ -96,6 +102,7 @@ impl State {
             ViewCommand::ResetView => {
                 self.view = View::FITTED;
                 (self.viewing, self.inspection) = (Viewing::default(), Inspection::Picture);
+                self.color_view = None;
             }
             ViewCommand::Pixel(pixel) => self.probed = pixel,
             ViewCommand::Region(region) => self.region = region,
@@ -293,7 +300,7 @@ mod tests {
         s.show(ViewCommand::Viewing(Viewing {
             gamma: 99.0,
             view: Some(scene::ViewTransform::Aces),
-            ..s.viewing
+            ..s.viewing.clone()
         }));
         assert_eq!(s.scene().viewing.gamma, 5.0);
         assert_eq!(s.scene().view(), scene::ViewTransform::Aces);

@@ -159,6 +159,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                 lamp_layout: vec![],
             },
             environments: vec![],
+            color_config: None,
             framing: Default::default(),
         },
     };

@@ -103,6 +103,7 @@ impl SmallShoot {
                     lamp_layout: vec![],
                 },
                 environments: vec![],
+                color_config: None,
                 framing: Default::default(),
             },
         }

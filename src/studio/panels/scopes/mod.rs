@@ -116,7 +116,7 @@ impl ScopesPanel {
         };
         let region = context.state.region;
         self.count(ui, relit, region);
-        if let Some(words) = words(relit.scene.viewing) {
+        if let Some(words) = words(&relit.scene.viewing) {
             let text = format!("Counted as you see it: {words}");
             ui.label(RichText::new(text).size(12.0).color(theme::VIEWING));
         }

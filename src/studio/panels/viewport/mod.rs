@@ -2,6 +2,7 @@
 
 mod aim;
 pub mod cell;
+mod color_views;
 mod doubts;
 mod four;
 mod gizmo;
@@ -199,7 +200,7 @@ impl ViewportPanel {
                 if context.state.inspection == Inspection::FalseColor {
                     readout::legend_ui(ui, rect);
                 }
-                viewing::sign_ui(ui, rect, context.state.viewing);
+                viewing::sign_ui(ui, rect, &context.state.viewing);
                 if context.state.doubts {
                     let painter = ui.painter().with_clip_rect(rect);
                     let words = self.doubts.draw(&painter, place, &shown.relit, context);

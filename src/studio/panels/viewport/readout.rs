@@ -174,7 +174,7 @@ pub fn strip_ui(
     if differs {
         add(0, &format!("   difference × {gain}"), theme::QUIET);
     }
-    if let Some(words) = viewing::words(relit.scene.viewing) {
+    if let Some(words) = viewing::words(&relit.scene.viewing) {
         add(0, &format!("   {words}"), theme::VIEWING);
     }
     let pixel;

@@ -1,6 +1,7 @@
 //! How the picture is looked at: exposure, gamma, tone curve and channels. Nothing of it is exported, and a sign says so.
 
-use super::toolbar::called;
+use super::color_views::color_views_ui;
+use super::toolbar::{called, short};
 use crate::command::{Command, ViewCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
@@ -16,6 +17,8 @@ use scene::{EXPOSURE_STOPS, GAMMA, Inspection, ViewTransform, Viewing};
 
 /// Width of a number in points.
 const FIELD: f32 = 52.0;
+/// Height of the menu of curves and views in points, at most.
+const MENU: f32 = 480.0;
 
 /// The controls, from right to left in one track. Returns the width that they took.
 pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
@@ -24,8 +27,8 @@ pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -
         ui.spacing_mut().item_spacing.x = 0.5 * GAP;
         channels_ui(ui, context, out);
         curve_ui(ui, context, out);
-        let viewing = context.state.viewing;
-        let mut changed = viewing;
+        let viewing = &context.state.viewing;
+        let mut changed = viewing.clone();
         let gamma = computing(&mut changed.gamma)
             .speed(0.01)
             .range(GAMMA)
@@ -43,7 +46,7 @@ pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -
         if number_ui(ui, "Exp", stops, is_set, hint) {
             changed.exposure_stops = 0.0;
         }
-        if changed != viewing {
+        if changed != *viewing {
             out.push(Command::View(ViewCommand::Viewing(changed)));
         }
         let eye = RichText::new(icons::SEEN).size(16.0).color(theme::QUIET);
@@ -78,23 +81,33 @@ fn number_ui(ui: &mut Ui, name: &str, field: DragValue, is_set: bool, hint: &str
     is_reset
 }
 
-/// The tone curve that is looked through: the look's, or another.
+/// What is looked through: the look's tone curve, another, or a view of the person's colour configuration.
 fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let viewing = context.state.viewing;
+    let viewing = &context.state.viewing;
     let of_look = context.state.look.effects.view;
-    let color = match viewing.view {
-        Some(_) => theme::VIEWING,
-        None => theme::TEXT,
+    let configured = context.state.color_view.as_ref();
+    let color = match (viewing.view, configured) {
+        (None, None) => theme::TEXT,
+        _ => theme::VIEWING,
     };
-    let now = curve_name(viewing.view.unwrap_or(of_look));
+    // A view is named at once, and looked through when its table is there.
+    let named = configured.and_then(|choice| choice.view.as_deref());
+    let now = named.unwrap_or_else(|| curve_name(viewing.view.unwrap_or(of_look)));
     let as_exported = format!("As exported ({})", curve_name(of_look));
     let list = ComboBox::from_id_salt("viewing curve")
-        .selected_text(RichText::new(now).color(color))
+        .selected_text(RichText::new(short(now)).color(color))
         .width(68.0)
+        .height(MENU)
         .show_ui(ui, |ui| {
             let mut choose = |ui: &mut Ui, view: Option<ViewTransform>, name: &str| {
-                if ui.selectable_label(viewing.view == view, name).clicked() {
-                    let viewing = Viewing { view, ..viewing };
+                let is_now = configured.is_none() && viewing.view == view;
+                if ui.selectable_label(is_now, name).clicked() {
+                    let viewing = Viewing {
+                        view,
+                        through: None,
+                        ..viewing.clone()
+                    };
+                    out.push(Command::View(ViewCommand::LookThrough(None)));
                     out.push(Command::View(ViewCommand::Viewing(viewing)));
                 }
             };
@@ -102,9 +115,10 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             for (view, name) in TONE_CURVES {
                 choose(ui, Some(view), name);
             }
+            color_views_ui(ui, context, out);
         });
     (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "View"));
-    let hint = "The tone curve to look through; the one that is exported is under Light";
+    let hint = "What to look through: a tone curve, or a view of an OpenColorIO configuration. The curve that is exported is under Light.";
     list.response.on_hover_text(hint);
 }
 
@@ -134,25 +148,29 @@ fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 }
 
 /// What is changed for looking; None if the picture is shown as it is exported.
-pub fn words(viewing: Viewing) -> Option<String> {
+pub fn words(viewing: &Viewing) -> Option<String> {
     let Viewing {
         exposure_stops,
         gamma,
         view,
+        through,
     } = viewing;
     let mut changes = Vec::new();
-    if exposure_stops != 0.0 {
+    if *exposure_stops != 0.0 {
         changes.push(format!("{exposure_stops:+.1} stops"));
     }
-    if gamma != 1.0 {
+    if *gamma != 1.0 {
         changes.push(format!("γ {gamma:.2}"));
     }
-    changes.extend(view.map(|view| curve_name(view).to_owned()));
+    changes.extend(match through {
+        Some(table) => Some(table.name.clone()),
+        None => view.map(|view| curve_name(view).to_owned()),
+    });
     (!changes.is_empty()).then(|| format!("viewing {}", changes.join(", ")))
 }
 
 /// The sign over the picture while it is not shown as it is exported.
-pub fn sign_ui(ui: &Ui, rect: Rect, viewing: Viewing) {
+pub fn sign_ui(ui: &Ui, rect: Rect, viewing: &Viewing) {
     let Some(words) = words(viewing) else {
         return;
     };
@@ -170,16 +188,22 @@ pub fn sign_ui(ui: &Ui, rect: Rect, viewing: Viewing) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use imaging::DisplayTable;
+    use std::sync::Arc;
 
     #[test]
     fn what_is_changed_for_looking_is_said_and_nothing_else() {
-        assert_eq!(words(Viewing::default()), None);
+        assert_eq!(words(&Viewing::default()), None);
         let viewing = Viewing {
             exposure_stops: -1.5,
             gamma: 1.2,
             view: Some(ViewTransform::Aces),
+            through: None,
         };
-        let said = words(viewing).unwrap();
+        let said = words(&viewing).unwrap();
         assert_eq!(said, "viewing -1.5 stops, γ 1.20, ACES");
+        let through = Some(Arc::new(DisplayTable::of("Film".to_owned(), |_| ())));
+        let through = Viewing { through, ..viewing };
+        assert_eq!(words(&through).unwrap(), "viewing -1.5 stops, γ 1.20, Film");
     }
 }

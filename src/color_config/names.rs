@@ -1,0 +1,125 @@
+//! What a configuration offers.
+
+use ocio::{Config, ReferenceSpaceType};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Everything that can be chosen of a configuration, in its order.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ConfigNames {
+    pub config: PathBuf,
+    /// What it says of itself.
+    pub description: String,
+    pub displays: Vec<DisplayNames>,
+    pub looks: Vec<String>,
+    pub roles: Vec<Role>,
+    pub spaces: Vec<SpaceName>,
+    /// Its name of the space that the program works in, or of the one by which it gets there.
+    pub working: String,
+}
+
+/// A display and its views.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct DisplayNames {
+    pub name: String,
+    /// The first is the one to begin with.
+    pub views: Vec<String>,
+}
+
+/// What a colour space is for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Role {
+    pub role: String,
+    pub space: String,
+}
+
+/// A colour space.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct SpaceName {
+    pub name: String,
+    /// The menu that it belongs into; "" if none.
+    pub family: String,
+    /// Whether it says that it is linear light of a scene.
+    pub is_scene_linear: bool,
+}
+
+impl ConfigNames {
+    pub(super) fn of(path: &Path, config: &Config, working: &str) -> Self {
+        let views = |display: &str| {
+            let count = config.num_views(display);
+            let mut views: Vec<String> = (0..count).map(|i| config.view(display, i)).collect();
+            first(&mut views, &config.default_view(display));
+            views
+        };
+        let count = config.num_displays();
+        let mut displays: Vec<String> = (0..count).map(|i| config.display(i)).collect();
+        first(&mut displays, &config.default_display());
+        let spaces = (0..config.num_color_spaces()).filter_map(|i| {
+            let space = config.get_color_space(config.color_space_name_by_index(i))?;
+            Some(SpaceName {
+                name: space.name().to_owned(),
+                family: space.family().to_owned(),
+                is_scene_linear: space.encoding().eq_ignore_ascii_case("scene-linear")
+                    && space.reference_space_type() == ReferenceSpaceType::Scene,
+            })
+        });
+        Self {
+            config: path.to_path_buf(),
+            description: config.description().trim().to_owned(),
+            displays: (displays.into_iter())
+                .map(|name| DisplayNames {
+                    views: views(&name),
+                    name,
+                })
+                .collect(),
+            looks: (0..config.num_looks())
+                .map(|i| config.look_name_by_index(i).to_owned())
+                .collect(),
+            roles: (0..config.num_roles())
+                .map(|i| Role {
+                    role: config.role_name(i).to_owned(),
+                    space: config.role_color_space_by_index(i).to_owned(),
+                })
+                .collect(),
+            spaces: spaces.collect(),
+            working: working.to_owned(),
+        }
+    }
+
+    /// All in words.
+    pub fn sentences(&self) -> String {
+        let mut lines = vec![format!(
+            "OpenColorIO configuration {}",
+            self.config.display()
+        )];
+        for display in &self.displays {
+            lines.push(format!(
+                "display {}: {}",
+                display.name,
+                display.views.join(", ")
+            ));
+        }
+        if !self.looks.is_empty() {
+            lines.push(format!("looks: {}", self.looks.join(", ")));
+        }
+        let roles = self
+            .roles
+            .iter()
+            .map(|role| format!("{} = {}", role.role, role.space));
+        lines.push(format!("roles: {}", roles.collect::<Vec<_>>().join(", ")));
+        let spaces = self.spaces.iter().map(|space| &*space.name);
+        lines.push(format!(
+            "colour spaces: {}",
+            spaces.collect::<Vec<_>>().join(", ")
+        ));
+        lines.push(format!("Afterlight's light is {} there", self.working));
+        lines.join("\n")
+    }
+}
+
+/// Brings what is called so to the front.
+fn first(names: &mut [String], name: &str) {
+    if let Some(at) = names.iter().position(|known| known == name) {
+        names[..=at].rotate_right(1);
+    }
+}

@@ -1,0 +1,139 @@
+//! What is looked at before OpenColorIO sees a configuration: it comes from a stranger.
+
+use super::config::REMEDY;
+use base::error::{Error, Result};
+use ocio::{ColorSpaceDirection, Config, Transform, TransformDirection, ViewTransformDirection};
+use std::collections::HashSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+/// The longest table that is read, in bytes: a cube of 129 with 60 bytes a line, twice.
+const MOST_TABLE: u64 = 256 << 20;
+/// How deep lists may lie within each other. Real ones are less than 10 deep.
+const DEEPEST: usize = 64;
+/// Aliases of YAML: a few repeat a text without end.
+const MOST_ALIASES: usize = 64;
+/// Bytes of an anchor's name that are compared.
+const LONGEST_NAME: usize = 64;
+
+/// Does something that OpenColorIO does, which is ported from a library that throws: what it did not expect becomes a sentence.
+///
+/// # Errors
+/// When it panics.
+pub(super) fn caught<T>(path: &Path, act: impl FnOnce() -> T) -> Result<T> {
+    catch_unwind(AssertUnwindSafe(act)).map_err(|_| {
+        Error::invalid(
+            format!(
+                "{} has something in it that cannot be understood",
+                path.display()
+            ),
+            REMEDY,
+        )
+    })
+}
+
+/// Refuses texts that would take the reader too deep, or repeat themselves without end.
+///
+/// # Errors
+/// Then.
+pub(super) fn check_text<'a>(path: &Path, text: &'a str) -> Result<()> {
+    let wrong = |problem: &str| {
+        Error::invalid(
+            format!("{} is no configuration: {problem}", path.display()),
+            REMEDY,
+        )
+    };
+    let mut open = 0usize;
+    let (mut anchors, mut aliases) = (HashSet::new(), 0);
+    // The beginning tells names apart; a line may be one name of megabytes.
+    let word = |text: &'a str| {
+        let text = &text.as_bytes()[..text.len().min(LONGEST_NAME)];
+        let mut words = text.split(|byte| b" \t,]}".contains(byte));
+        words.next().unwrap_or_default()
+    };
+    for line in text.lines() {
+        let indent = line.len() - line.trim_start_matches([' ', '-', '?']).len();
+        // Lists open with one letter a level.
+        if indent > 4 * DEEPEST {
+            return Err(wrong("its lists lie too deep within each other"));
+        }
+        for (at, c) in line.char_indices() {
+            match c {
+                '[' | '{' => open += 1,
+                ']' | '}' => open = open.saturating_sub(1),
+                '&' if !word(&line[at + 1..]).is_empty() => {
+                    anchors.insert(word(&line[at + 1..]));
+                }
+                // Others are no aliases, but stand in a sentence.
+                '*' if anchors.contains(word(&line[at + 1..])) => aliases += 1,
+                _ => (),
+            }
+            if open > DEEPEST {
+                return Err(wrong("its lists lie too deep within each other"));
+            }
+        }
+    }
+    if aliases > MOST_ALIASES {
+        return Err(wrong("it repeats itself too often (*)"));
+    }
+    Ok(())
+}
+
+/// Refuses a configuration with tables that are far too long. Those that are missing, or are devices, pipes or folders, which
+/// OpenColorIO does not open, are named when they are needed.
+///
+/// # Errors
+/// Then: which.
+pub(super) fn check_files(path: &Path, config: &Config) -> Result<()> {
+    let mut steps: Vec<&Transform> = Vec::new();
+    for space in config.all_color_spaces().iter() {
+        steps.extend(space.transform(ColorSpaceDirection::ToReference));
+        steps.extend(space.transform(ColorSpaceDirection::FromReference));
+    }
+    for i in 0..config.num_looks() {
+        if let Some(look) = config.look(config.look_name_by_index(i)) {
+            steps.extend(look.transform().into_iter().chain(look.inverse_transform()));
+        }
+    }
+    for i in 0..config.num_view_transforms() {
+        if let Some(view) = config.view_transform(config.view_transform_name_by_index(i)) {
+            steps.extend(view.transform(ViewTransformDirection::ToReference));
+            steps.extend(view.transform(ViewTransformDirection::FromReference));
+        }
+    }
+    for i in 0..config.num_named_transforms() {
+        let named = config.get_named_transform(config.named_transform_name_by_index(i));
+        if let Some(named) = named {
+            steps.extend(named.transform(TransformDirection::Forward));
+            steps.extend(named.transform(TransformDirection::Inverse));
+        }
+    }
+    while let Some(step) = steps.pop() {
+        match step {
+            Transform::Group(group) => steps.extend(&group.transforms),
+            Transform::File(file) => check_file(path, config, &file.src)?,
+            _ => (),
+        }
+    }
+    Ok(())
+}
+
+fn check_file(path: &Path, config: &Config, named: &str) -> Result<()> {
+    let Ok(table) = config.current_context().resolve_file_location(named) else {
+        return Ok(());
+    };
+    let Ok(data) = std::fs::metadata(&table) else {
+        return Ok(());
+    };
+    if data.len() <= MOST_TABLE {
+        return Ok(());
+    }
+    Err(Error::invalid(
+        format!(
+            "the table {table} of {} has {} bytes, and a table has at most {MOST_TABLE}",
+            path.display(),
+            data.len()
+        ),
+        REMEDY,
+    ))
+}

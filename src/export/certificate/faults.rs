@@ -1,0 +1,436 @@
+//! What is wrong with a shot: decided by what its frames say and hold.
+
+use super::frame::{Content, Frame};
+use super::time::time_codes;
+use super::{CertifySettings, Fault, Remark};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+/// Spans of frame numbers that a sentence names.
+const NAMED: usize = 12;
+/// Letters of a difference that a sentence shows.
+const SHOWN: usize = 90;
+/// What a provenance says of the whole shot.
+const COMMON: [&str; 5] = [
+    "version",
+    "project",
+    "checkpoint",
+    "environment",
+    "settings",
+];
+
+/// What is wrong, and what could not be checked or may be meant so.
+#[derive(Debug, Default)]
+pub(super) struct Findings {
+    pub faults: Vec<Fault>,
+    pub remarks: Vec<Remark>,
+}
+
+/// Judges the frames of a shot, sorted by number.
+pub(super) fn judge(frames: &[Frame], numbered: bool, settings: &CertifySettings) -> Findings {
+    let mut found = Findings::default();
+    found.numbers(frames, numbered, settings);
+    let unreadable = frames.iter().filter_map(|frame| {
+        let said = frame.picture.as_ref().err()?;
+        Some((frame.number, said))
+    });
+    for (number, said) in unreadable {
+        found.fault("unreadable", [number], said.clone());
+    }
+    let whole: Vec<(&Frame, &Content)> = frames
+        .iter()
+        .filter_map(|frame| Some((frame, frame.picture.as_ref().ok()?)))
+        .collect();
+    if !settings.allow_repeats {
+        found.repeats(&whole);
+    }
+    found.not_finite(&whole);
+    found.layers(&whole);
+    found.beside(&whole);
+    found.alike(&whole, "size", "the size", |content| {
+        let [x, y, width, height] = content.display_window;
+        format!("{width} × {height} pixels from {x}, {y}")
+    });
+    found.data_windows(&whole);
+    found.alike(&whole, "channels", "the channels", |c| c.channels.clone());
+    found.alike(&whole, "color", "the colour tags", |c| c.color.words());
+    for (frame, content) in &whole {
+        if let Some(said) = content.color.contradiction() {
+            found.fault(
+                "color",
+                [frame.number],
+                format!("{}: {said}", frame.file.name),
+            );
+        }
+    }
+    found.alike(&whole, "rate", "the frame rate", |c| rate_words(c.rate));
+    found.rate_asked(&whole, settings);
+    time_codes(&mut found, &whole, settings);
+    found.provenance(&whole);
+    found
+}
+
+/// A frame rate in words.
+pub(super) fn rate_words(rate: Option<(i32, u32)>) -> String {
+    match rate {
+        None => "none".to_owned(),
+        Some((frames, 1)) => format!("{frames} frames a second"),
+        Some((frames, seconds)) => format!("{frames}/{seconds} frames a second"),
+    }
+}
+
+/// A rate in frames per second; None if it is none.
+pub(super) fn rate_of((frames, seconds): (i32, u32)) -> Option<f64> {
+    (frames > 0 && seconds > 0).then(|| f64::from(frames) / f64::from(seconds))
+}
+
+type Whole<'a> = [(&'a Frame, &'a Content)];
+
+impl Findings {
+    pub fn fault(
+        &mut self,
+        kind: &'static str,
+        frames: impl IntoIterator<Item = u64>,
+        sentence: String,
+    ) {
+        let frames: BTreeSet<u64> = frames.into_iter().collect();
+        self.faults.push(Fault {
+            kind: kind.to_owned(),
+            frames: spans(&frames),
+            sentence,
+        });
+    }
+
+    pub fn remark(&mut self, kind: &'static str, sentence: impl Into<String>) {
+        self.remarks.push(Remark {
+            kind: kind.to_owned(),
+            sentence: sentence.into(),
+        });
+    }
+
+    /// Missing and double numbers.
+    fn numbers(&mut self, frames: &[Frame], numbered: bool, settings: &CertifySettings) {
+        let (Some(first), Some(last)) = (frames.first(), frames.last()) else {
+            return;
+        };
+        if !numbered {
+            self.remark(
+                "numbers",
+                "The name has no frame number: whether frames are missing was not checked",
+            );
+            return;
+        }
+        let (from, to) = settings.frames.unwrap_or((first.number, last.number));
+        let mut names: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
+        for frame in frames {
+            names
+                .entry(frame.number)
+                .or_default()
+                .push(&frame.file.name);
+        }
+        // A range may be far longer than what is there, so gaps are named by their ends.
+        let (mut gaps, mut count, mut next) = (Vec::new(), 0, from);
+        for number in names.keys().copied().filter(|n| (from..=to).contains(n)) {
+            if number > next {
+                gaps.push(span(next, number - 1));
+                count += number - next;
+            }
+            next = number.saturating_add(1);
+        }
+        if next <= to && to != u64::MAX {
+            gaps.push(span(next, to));
+            count += to - next + 1;
+        }
+        if count > 0 {
+            let all = joined(&gaps);
+            let verb = if count == 1 { "is" } else { "are" };
+            self.faults.push(Fault {
+                kind: "missing".to_owned(),
+                sentence: format!("{count} of {from}-{to} {verb} missing: {all}"),
+                frames: all,
+            });
+        }
+        for (number, names) in names.iter().filter(|(_, names)| names.len() > 1) {
+            let sentence = format!("frame {number} is there twice: {}", names.join(", "));
+            self.fault("double", [*number], sentence);
+        }
+        let outside = frames.iter().map(|frame| frame.number);
+        let outside: BTreeSet<u64> = outside.filter(|n| !(from..=to).contains(n)).collect();
+        if !outside.is_empty() {
+            let sentence = format!("outside of {from}-{to}: {}", spans(&outside));
+            self.fault("extra", outside, sentence);
+        }
+    }
+
+    /// Frames that show the same picture as the one before, unless there is nothing in it.
+    fn repeats(&mut self, whole: &Whole) {
+        let same = whole.windows(2).filter(|pair| {
+            let [(_, before), (_, after)] = [pair[0], pair[1]];
+            before.pixels == after.pixels && !after.is_flat
+        });
+        let same: BTreeSet<u64> = same.map(|pair| pair[1].0.number).collect();
+        if !same.is_empty() {
+            let sentence = format!(
+                "the same picture as in the frame before: {} (if that is meant so, --allow-repeats)",
+                spans(&same)
+            );
+            self.fault("repeated", same, sentence);
+        }
+    }
+
+    fn not_finite(&mut self, whole: &Whole) {
+        let bad = whole.iter().filter(|(_, content)| content.not_finite > 0);
+        let bad: Vec<(u64, u64)> = bad
+            .map(|(f, content)| (f.number, content.not_finite))
+            .collect();
+        if bad.is_empty() {
+            return;
+        }
+        let count: u64 = bad.iter().map(|(_, count)| count).sum();
+        let numbers: BTreeSet<u64> = bad.iter().map(|(number, _)| *number).collect();
+        let values = if count == 1 { "value is" } else { "values are" };
+        let sentence = format!("{count} {values} NaN or infinite, in {}", spans(&numbers));
+        self.fault("not_finite", numbers, sentence);
+    }
+
+    /// Layers that do not give back the picture, or that some frames lack.
+    fn layers(&mut self, whole: &Whole) {
+        let has = |(_, content): &&(&Frame, &Content)| content.layers.is_some();
+        let with = whole.iter().filter(has).count();
+        if with == 0 {
+            if !whole.is_empty() {
+                self.remark("layers", "There are no light layers that could be added up");
+            }
+            return;
+        }
+        let without = whole.iter().filter(|pair| !has(pair));
+        let without: BTreeSet<u64> = without.map(|(frame, _)| frame.number).collect();
+        if !without.is_empty() {
+            let sentence = format!(
+                "the light layers are missing in {}; {with} frames have them",
+                spans(&without)
+            );
+            self.fault("layers", without, sentence);
+        }
+        let mut inexact = BTreeSet::new();
+        let mut worst = (0, 0.0);
+        for (frame, content) in whole {
+            match &content.layers {
+                Some(Err(said)) => self.fault("layers", [frame.number], said.clone()),
+                Some(Ok(rebuild)) if !rebuild.is_exact() => {
+                    inexact.insert(frame.number);
+                    if inexact.len() == 1 || rebuild.residual > worst.1 {
+                        worst = (frame.number, rebuild.residual);
+                    }
+                }
+                _ => (),
+            }
+        }
+        if !inexact.is_empty() {
+            let sentence = format!(
+                "the light layers, weighted and added, do not give back the picture in {}: the largest difference is \
+                 {:.2e}, in frame {}",
+                spans(&inexact),
+                worst.1,
+                worst.0
+            );
+            self.fault("rebuild", inexact, sentence);
+        }
+    }
+
+    /// Files of layers that are not there.
+    fn beside(&mut self, whole: &Whole) {
+        for (frame, content) in whole {
+            let gone = content.beside.iter().find(|file| file.sha256.is_empty());
+            if let Some(gone) = gone {
+                let sentence = format!(
+                    "{} cannot be read, which {} needs",
+                    gone.name, frame.file.name
+                );
+                self.fault("layers", [frame.number], sentence);
+            }
+        }
+    }
+
+    fn data_windows(&mut self, whole: &Whole) {
+        let mut seen = BTreeSet::new();
+        let mut outside = BTreeSet::new();
+        for (frame, content) in whole {
+            let ([x, y, width, height], [left, top, columns, rows]) =
+                (content.data_window, content.display_window);
+            seen.insert(content.data_window);
+            // The file's corner counts from the display's, as it is written.
+            let fits =
+                x >= left && y >= top && x + width <= left + columns && y + height <= top + rows;
+            if !fits {
+                outside.insert(frame.number);
+            }
+        }
+        if !outside.is_empty() {
+            let sentence = format!(
+                "the data window reaches beyond the picture in {}",
+                spans(&outside)
+            );
+            self.fault("data_window", outside, sentence);
+        } else if seen.len() > 1 {
+            self.remark(
+                "data_window",
+                "The data window changes from frame to frame, as it does where empty borders are left out",
+            );
+        }
+    }
+
+    fn rate_asked(&mut self, whole: &Whole, settings: &CertifySettings) {
+        let Some(asked) = settings.rate else { return };
+        let other = whole.iter().filter(|(_, content)| {
+            let found = content.rate.and_then(rate_of);
+            found.is_some_and(|found| (found - asked).abs() > 5e-3)
+        });
+        let other: BTreeSet<u64> = other.map(|(frame, _)| frame.number).collect();
+        let found = whole
+            .iter()
+            .find(|(frame, _)| other.contains(&frame.number));
+        if let Some((_, content)) = found {
+            let sentence = format!(
+                "the header says {} and not {asked}, in {}",
+                rate_words(content.rate),
+                spans(&other)
+            );
+            self.fault("rate", other, sentence);
+        }
+    }
+
+    /// What most frames have in common is right; others are named.
+    fn alike(
+        &mut self,
+        whole: &Whole,
+        kind: &'static str,
+        what: &str,
+        words: impl Fn(&Content) -> String,
+    ) {
+        let mut groups: HashMap<String, Vec<u64>> = HashMap::new();
+        for (frame, content) in whole {
+            groups.entry(words(content)).or_default().push(frame.number);
+        }
+        let most = groups
+            .iter()
+            .max_by_key(|(_, numbers)| (numbers.len(), u64::MAX - numbers[0]));
+        let Some((usual, _)) = most else { return };
+        let mut others: Vec<_> = groups.iter().filter(|(found, _)| *found != usual).collect();
+        others.sort_by_key(|(_, numbers)| numbers[0]);
+        for (found, numbers) in others {
+            let numbers: BTreeSet<u64> = numbers.iter().copied().collect();
+            let [found, usual] = difference(found, usual);
+            let sentence = format!(
+                "{what}: {found} in {}; {usual} in most frames",
+                spans(&numbers)
+            );
+            self.fault(kind, numbers, sentence);
+        }
+    }
+
+    /// Whether all frames were made of the same, and each is the frame that its name says.
+    fn provenance(&mut self, whole: &Whole) {
+        let says = whole
+            .iter()
+            .filter(|(_, content)| content.provenance.is_some())
+            .count();
+        if says == 0 {
+            if !whole.is_empty() {
+                self.remark("provenance", "No frame says what it was made of");
+            }
+            return;
+        }
+        for key in COMMON {
+            self.alike(
+                whole,
+                "provenance",
+                &format!("what it was made of ({key})"),
+                |content| {
+                    content
+                        .made_of()
+                        .get(key)
+                        .map_or("nothing", |value| value)
+                        .to_owned()
+                },
+            );
+        }
+        // A pipeline may count from another number, but not in another order.
+        let offset = |frame: &Frame, content: &Content| {
+            let made: i128 = content.made_of().get("frame")?.parse().ok()?;
+            Some(i128::from(frame.number) - made)
+        };
+        let offsets = whole
+            .iter()
+            .filter_map(|(f, content)| Some((f.number, offset(f, content)?)));
+        let offsets: Vec<(u64, i128)> = offsets.collect();
+        let mut counts: HashMap<i128, usize> = HashMap::new();
+        for (_, offset) in &offsets {
+            *counts.entry(*offset).or_default() += 1;
+        }
+        let usual = counts
+            .iter()
+            .max_by_key(|(offset, count)| (**count, -offset.abs()));
+        let Some((&usual, _)) = usual else { return };
+        let moved = offsets.iter().filter(|(_, offset)| *offset != usual);
+        let moved: BTreeSet<u64> = moved.map(|(number, _)| *number).collect();
+        if !moved.is_empty() {
+            let sentence = format!(
+                "the header says that it is another frame than the name, in {}",
+                spans(&moved)
+            );
+            self.fault("order", moved, sentence);
+        }
+    }
+}
+
+/// Where two texts begin to differ, shortened.
+fn difference(found: &str, usual: &str) -> [String; 2] {
+    let same = (found.chars().zip(usual.chars()))
+        .take_while(|(a, b)| a == b)
+        .count();
+    let longest = found.chars().count().max(usual.chars().count());
+    let skipped = if longest > SHOWN {
+        same.saturating_sub(20)
+    } else {
+        0
+    };
+    [found, usual].map(|text| {
+        let start = if skipped > 0 { "…" } else { "" };
+        let shown: String = text.chars().skip(skipped).take(SHOWN).collect();
+        let end = if text.chars().count() > skipped + SHOWN {
+            "…"
+        } else {
+            ""
+        };
+        format!("{start}{shown}{end}")
+    })
+}
+
+fn span(from: u64, to: u64) -> String {
+    if from == to {
+        from.to_string()
+    } else {
+        format!("{from}-{to}")
+    }
+}
+
+/// Numbers as spans: `3, 7-9`.
+pub(super) fn spans(numbers: &BTreeSet<u64>) -> String {
+    let mut spans: Vec<(u64, u64)> = Vec::new();
+    for &number in numbers {
+        match spans.last_mut() {
+            Some((_, to)) if *to + 1 == number => *to = number,
+            _ => spans.push((number, number)),
+        }
+    }
+    let spans: Vec<String> = spans.into_iter().map(|(from, to)| span(from, to)).collect();
+    joined(&spans)
+}
+
+fn joined(spans: &[String]) -> String {
+    let named = spans[..spans.len().min(NAMED)].join(", ");
+    match spans.len().checked_sub(NAMED) {
+        Some(more) if more > 0 => format!("{named} and {more} more"),
+        _ => named,
+    }
+}

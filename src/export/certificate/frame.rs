@@ -1,0 +1,319 @@
+//! What one frame's file says and holds.
+
+use super::super::colors::interop_id;
+use super::super::exr_file::{ExrFile, Part};
+use super::super::listing::LayerListing;
+use super::super::rebuild::Rebuild;
+use super::super::still::PROVENANCE;
+use super::FileHash;
+use base::error::{Error, Result};
+use base::files::is_bare;
+use exr::meta::attribute::{AttributeValue, Text, TimeCode};
+use exr::prelude::{FlatImage, FlatSamples};
+use imaging::color_space::ColorSpace;
+use sha2::{Digest, Sha256};
+use std::collections::HashMap;
+use std::io::Read;
+use std::path::Path;
+
+const REMEDY: &str = "Export the frame again";
+/// Values that are hashed together.
+const CHUNK: usize = 4096;
+/// The longest file of a light layer that is hashed, in bytes: more than the largest picture that is read.
+const MOST_BESIDE: u64 = 8 << 30;
+
+/// A frame of a shot.
+#[derive(Clone, Debug)]
+pub(super) struct Frame {
+    pub number: u64,
+    pub file: FileHash,
+    /// What is in it, or why it cannot be read.
+    pub picture: std::result::Result<Content, String>,
+}
+
+/// What is in a frame's file.
+#[derive(Clone, Debug)]
+pub(super) struct Content {
+    /// SHA-256 of all channels.
+    pub pixels: String,
+    /// Whether all pixels of the picture are the same.
+    pub is_flat: bool,
+    /// Left, top, width and height.
+    pub display_window: [i64; 4],
+    /// Left, top, width and height.
+    pub data_window: [i64; 4],
+    /// Names with the part and the kind of samples.
+    pub channels: String,
+    pub color: Color,
+    /// Frames per second as a fraction.
+    pub rate: Option<(i32, u32)>,
+    pub time_code: Option<TimeCode>,
+    /// What it was made of.
+    pub provenance: Option<String>,
+    /// Values that are NaN or infinite.
+    pub not_finite: u64,
+    /// None if it has no light layers.
+    pub layers: Option<std::result::Result<Rebuild, String>>,
+    /// Files that belong to it.
+    pub beside: Vec<FileHash>,
+    /// Bytes that it took to look at it.
+    pub memory: u64,
+}
+
+/// What a header says of its colours.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Color {
+    /// x and y of red, green, blue and white.
+    pub chromaticities: Option<[f32; 8]>,
+    pub interop_id: Option<String>,
+    pub alpha: Option<String>,
+}
+
+impl Frame {
+    /// Looks at a file. What is wrong with it is part of the result.
+    pub fn read(path: &Path, number: u64, name: &str) -> Self {
+        let named = |bytes, sha256| FileHash {
+            name: name.to_owned(),
+            bytes,
+            sha256,
+        };
+        let file = match ExrFile::open(path, REMEDY) {
+            Ok(file) => file,
+            // It may be far longer than any picture: it is not read to its end for a hash.
+            Err(e) => {
+                return Self {
+                    number,
+                    file: named(path.metadata().map_or(0, |data| data.len()), String::new()),
+                    picture: Err(e.to_string()),
+                };
+            }
+        };
+        let bytes = file.bytes.len() as u64;
+        Self {
+            number,
+            file: named(bytes, hex(Sha256::digest(&file.bytes))),
+            picture: Content::of(path, &file).map_err(|e| e.to_string()),
+        }
+    }
+}
+
+impl Content {
+    /// Decodes a file and looks at all of it.
+    ///
+    /// # Errors
+    /// When it cannot be decoded.
+    pub fn of(path: &Path, file: &ExrFile) -> Result<Self> {
+        let image = file.decode(path, REMEDY)?;
+        let no_part = || Error::invalid(format!("{} has no part", path.display()), REMEDY);
+        let first = image.layer_data.first().ok_or_else(no_part)?;
+        let text = |key: &str| {
+            // The reader puts what it does not know with the part.
+            let key = Text::from(key);
+            let shared = image.attributes.other.get(&key);
+            match shared.or_else(|| first.attributes.other.get(&key)) {
+                Some(AttributeValue::Text(text)) => Some(text.to_string()),
+                _ => None,
+            }
+        };
+        let (layers, beside) = match LayerListing::if_any(path, &file.parts) {
+            Ok(None) => (None, Vec::new()),
+            Ok(Some(listing)) => {
+                let found = Rebuild::of_image(path, &image, &listing).map_err(|e| e.to_string());
+                (Some(found), hashes(path, &listing.files_beside(path)))
+            }
+            Err(e) => (Some(Err(e.to_string())), Vec::new()),
+        };
+        let window = image.attributes.display_window;
+        let at = first.attributes.layer_position;
+        let chromaticities: Option<[f32; 8]> = image.attributes.chromaticities.map(|c| {
+            [c.red, c.green, c.blue, c.white]
+                .map(|point| [point.x(), point.y()])
+                .as_flattened()
+                .try_into()
+                .unwrap_or_default()
+        });
+        Ok(Self {
+            pixels: hash_of(&image),
+            is_flat: is_flat(first),
+            display_window: [
+                i64::from(window.position.x()),
+                i64::from(window.position.y()),
+                window.size.width() as i64,
+                window.size.height() as i64,
+            ],
+            data_window: [
+                i64::from(at.x()),
+                i64::from(at.y()),
+                first.size.width() as i64,
+                first.size.height() as i64,
+            ],
+            channels: channels(&image),
+            color: Color {
+                chromaticities,
+                interop_id: text("colorInteropID"),
+                alpha: text("alpha"),
+            },
+            rate: first.attributes.frames_per_second,
+            time_code: image.attributes.time_code,
+            provenance: text(PROVENANCE),
+            not_finite: image.layer_data.iter().map(not_finite).sum(),
+            layers,
+            beside,
+            // Sums of light layers, of rest and the picture itself are kept as f64.
+            memory: file.bytes.len() as u64 + 2 * file.unpacked + 72 * first.size.area() as u64,
+        })
+    }
+
+    /// What the header says that the frame was made of, word by word.
+    pub fn made_of(&self) -> HashMap<&str, &str> {
+        let words = self.provenance.as_deref().unwrap_or_default();
+        let pairs = words.split_whitespace();
+        pairs.filter_map(|word| word.split_once('=')).collect()
+    }
+}
+
+impl Color {
+    /// What is wrong if name and chromaticities are of different spaces.
+    pub fn contradiction(&self) -> Option<String> {
+        let id = self.interop_id.as_deref()?;
+        let found = self.chromaticities?;
+        let all = [
+            ColorSpace::Rec709,
+            ColorSpace::P3D65,
+            ColorSpace::Rec2020,
+            ColorSpace::AcesCg,
+        ];
+        let named = all.into_iter().find(|space| interop_id(*space) == id)?;
+        let primaries = named.primaries();
+        let wanted = [
+            primaries.red,
+            primaries.green,
+            primaries.blue,
+            primaries.white,
+        ];
+        let is_other = (found.iter().zip(wanted.as_flattened()))
+            .any(|(a, b)| a.is_nan() || (f64::from(*a) - b).abs() > 1e-4);
+        is_other.then(|| format!("it says {id}, and its chromaticities are of another space"))
+    }
+
+    /// The tags in words.
+    pub fn words(&self) -> String {
+        let or_none = |text: &Option<String>| text.clone().unwrap_or_else(|| "none".to_owned());
+        let chromaticities = self.chromaticities.map(|c| {
+            let [red, green, blue, white] = [0, 2, 4, 6].map(|i| format!("{}, {}", c[i], c[i + 1]));
+            format!("red {red}; green {green}; blue {blue}; white {white}")
+        });
+        format!(
+            "colorInteropID {}, chromaticities {}, alpha {}",
+            or_none(&self.interop_id),
+            or_none(&chromaticities),
+            or_none(&self.alpha)
+        )
+    }
+}
+
+/// Sizes and hashes of files beside another. What cannot be read has no hash.
+fn hashes(path: &Path, names: &[String]) -> Vec<FileHash> {
+    let of_file = |name: &String| {
+        let beside = path.with_file_name(name);
+        let found = is_bare(name).then(|| hash_file(&beside, MOST_BESIDE));
+        let (bytes, sha256) = (found.and_then(std::result::Result::ok)).unwrap_or_default();
+        FileHash {
+            name: name.clone(),
+            bytes,
+            sha256,
+        }
+    };
+    names.iter().map(of_file).collect()
+}
+
+/// Length and SHA-256 of a file of at most `most` bytes; of a longer one the length alone.
+pub(super) fn hash_file(path: &Path, most: u64) -> std::io::Result<(u64, String)> {
+    let mut file = base::files::open(path)?;
+    let whole = file.metadata()?.len();
+    if whole > most {
+        return Ok((whole, String::new()));
+    }
+    let (mut hash, mut length) = (Sha256::new(), 0);
+    let mut buffer = vec![0; 1 << 20];
+    loop {
+        match file.read(&mut buffer)? {
+            0 => return Ok((length, hex(hash.finalize()))),
+            read => {
+                hash.update(&buffer[..read]);
+                length += read as u64;
+            }
+        }
+    }
+}
+
+/// Hexadecimal digits of a hash.
+pub(super) fn hex(hash: impl AsRef<[u8]>) -> String {
+    let digits = |byte: &u8| format!("{byte:02x}");
+    hash.as_ref().iter().map(digits).collect()
+}
+
+/// SHA-256 of all channels: of their names and samples, as they are in memory.
+fn hash_of(image: &FlatImage) -> String {
+    fn update<T: Copy, const N: usize>(
+        hash: &mut Sha256,
+        values: &[T],
+        bytes: impl Fn(T) -> [u8; N],
+    ) {
+        for values in values.chunks(CHUNK) {
+            let bytes: Vec<u8> = values.iter().flat_map(|v| bytes(*v)).collect();
+            hash.update(bytes);
+        }
+    }
+    let mut hash = Sha256::new();
+    for part in &image.layer_data {
+        for channel in &part.channel_data.list {
+            hash.update(channel.name.to_string());
+            hash.update([0u8]);
+            match &channel.sample_data {
+                FlatSamples::F16(values) => update(&mut hash, values, |v| v.to_le_bytes()),
+                FlatSamples::F32(values) => update(&mut hash, values, |v| v.to_le_bytes()),
+                FlatSamples::U32(values) => update(&mut hash, values, |v| v.to_le_bytes()),
+            }
+        }
+    }
+    hex(hash.finalize())
+}
+
+fn is_flat(part: &Part) -> bool {
+    let color = |name: &str| matches!(name, "R" | "G" | "B" | "A");
+    let mut picture = (part.channel_data.list.iter()).filter(|c| color(&c.name.to_string()));
+    picture.all(|channel| {
+        let mut values = channel.sample_data.values_as_f32();
+        let first = values.next();
+        values.all(|value| Some(value) == first)
+    })
+}
+
+fn not_finite(part: &Part) -> u64 {
+    let of_channel = |samples: &FlatSamples| match samples {
+        FlatSamples::F16(values) => values.iter().filter(|v| !v.is_finite()).count(),
+        FlatSamples::F32(values) => values.iter().filter(|v| !v.is_finite()).count(),
+        FlatSamples::U32(_) => 0,
+    };
+    let counts = part.channel_data.list.iter();
+    counts.map(|c| of_channel(&c.sample_data) as u64).sum()
+}
+
+/// All channels with their parts and kinds of samples.
+fn channels(image: &FlatImage) -> String {
+    let mut words = Vec::new();
+    for part in &image.layer_data {
+        let name = part.attributes.layer_name.as_ref();
+        words.extend(name.map(|name| format!("[{name}]")));
+        for channel in &part.channel_data.list {
+            let kind = match channel.sample_data {
+                FlatSamples::F16(_) => "half",
+                FlatSamples::F32(_) => "float",
+                FlatSamples::U32(_) => "uint",
+            };
+            words.push(format!("{} {kind}", channel.name));
+        }
+    }
+    words.join(", ")
+}

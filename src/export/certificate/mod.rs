@@ -1,0 +1,314 @@
+//! What can be said of a shot that is handed on: that all of its frames are there, whole and alike, and what they are.
+
+mod faults;
+mod frame;
+mod read;
+mod shot;
+mod time;
+mod verify;
+
+pub use shot::names_frames;
+pub use verify::Verification;
+
+use self::faults::{Findings, judge, rate_words};
+use self::frame::{Content, Frame, hex};
+use self::shot::Shot;
+use base::error::{Error, Result};
+use base::files::{read_text, write_beside};
+use base::progress::Progress;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The version of certificates that this program writes and reads.
+const FORMAT: u32 = 1;
+/// The longest certificate that is read, in bytes: a million frames with some files beside each.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// What is asked of a shot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CertifySettings {
+    /// The first and the last frame that have to be there. None for those that are.
+    pub frames: Option<(u64, u64)>,
+    /// Frames per second. None for what the headers say.
+    pub rate: Option<f64>,
+    /// Whether neighbouring frames may show the same picture.
+    pub allow_repeats: bool,
+}
+
+/// Something that is wrong with a shot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fault {
+    /// Such as `missing` or `time_code`.
+    pub kind: String,
+    /// Numbers, such as `3, 7-9`.
+    pub frames: String,
+    pub sentence: String,
+}
+
+/// Something that could not be checked, or that may be meant so.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Remark {
+    pub kind: String,
+    pub sentence: String,
+}
+
+/// A file, and what is in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FileHash {
+    pub name: String,
+    pub bytes: u64,
+    /// Of the whole file, in hexadecimal digits; "" if it could not be read.
+    pub sha256: String,
+}
+
+/// A frame's file in a certificate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CertifiedFrame {
+    pub frame: u64,
+    #[serde(flatten)]
+    pub file: FileHash,
+    /// SHA-256 of the samples of all channels, whatever their compression; "" if it could not be read.
+    pub pixels_sha256: String,
+    /// The largest difference between the picture and what its light layers add up to. None without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual: Option<f32>,
+    /// Files of its light layers and of their weights.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<FileHash>,
+}
+
+/// How well the light layers of a shot gave back its pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CertifiedLayers {
+    /// Layers of a frame.
+    pub layers: usize,
+    /// The largest difference of a channel, and the frame that has it.
+    pub residual: f32,
+    pub frame: u64,
+    /// That frame's brightest light.
+    pub brightest: f32,
+}
+
+/// What is said of a shot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Certificate {
+    /// The version of this file.
+    pub certificate: u32,
+    /// The program that wrote it.
+    pub written_by: String,
+    /// Whether there are no faults.
+    pub passed: bool,
+    /// All in a line.
+    pub sentence: String,
+    pub faults: Vec<Fault>,
+    pub remarks: Vec<Remark>,
+    /// Where the frames are: from the certificate's folder, or absolute.
+    pub folder: PathBuf,
+    /// The names, with `####` for the number.
+    pub shot: String,
+    /// The first and last frame.
+    pub frames: [u64; 2],
+    /// Of most frames, as the header says: columns and rows.
+    pub size: Option<[i64; 2]>,
+    pub rate: Option<(i32, u32)>,
+    /// Of the first and the last frame.
+    pub time_code: Option<[String; 2]>,
+    pub color: Option<String>,
+    pub layers: Option<CertifiedLayers>,
+    /// What the first frame was made of, but for what belongs to one frame alone.
+    pub made_of: BTreeMap<String, String>,
+    /// SHA-256 of the lines `HASH  NAME` of all files, as `sha256sum` writes them.
+    pub sha256: String,
+    pub files: Vec<CertifiedFrame>,
+}
+
+impl Certificate {
+    /// Looks at all files of the shot that a person named: some files, their folder, or a pattern. What is wrong with the shot is
+    /// part of the certificate.
+    ///
+    /// # Errors
+    /// When there are no such files, they are of several shots, or a stop was asked for.
+    pub fn issue(
+        named: &[PathBuf],
+        settings: &CertifySettings,
+        progress: &Progress,
+    ) -> Result<Self> {
+        let shot = Shot::find(named)?;
+        let frames = read::frames(&shot, progress)?;
+        let mut found = judge(&frames, shot.numbered, settings);
+        if !shot.unfinished.is_empty() {
+            found.fault(
+                "unfinished",
+                [],
+                format!(
+                    "an export is writing here or was killed: {}",
+                    shot.unfinished.join(", ")
+                ),
+            );
+        }
+        Ok(Self::of(&shot, &frames, found))
+    }
+
+    fn of(shot: &Shot, frames: &[Frame], found: Findings) -> Self {
+        let whole: Vec<(u64, &Content)> = (frames.iter())
+            .filter_map(|frame| Some((frame.number, frame.picture.as_ref().ok()?)))
+            .collect();
+        let first = whole.first().map(|(_, content)| *content);
+        let code =
+            |of: Option<&(u64, &Content)>| of.and_then(|(_, c)| c.time_code).map(time::words);
+        let layers = whole.iter().filter_map(|(number, content)| {
+            let rebuild = content.layers.as_ref()?.as_ref().ok()?;
+            Some(CertifiedLayers {
+                layers: rebuild.layers,
+                residual: rebuild.residual,
+                frame: *number,
+                brightest: rebuild.brightest,
+            })
+        });
+        let common = |(key, _): &(&str, &str)| !matches!(*key, "frame" | "plate" | "look");
+        let made_of = first.map(|content| {
+            let pairs = content.made_of().into_iter().filter(common);
+            pairs
+                .map(|(key, value)| (key.to_owned(), value.to_owned()))
+                .collect()
+        });
+        let ends = [frames.first(), frames.last()].map(|f| f.map_or(0, |frame| frame.number));
+        let mut certificate = Self {
+            certificate: FORMAT,
+            written_by: concat!("Afterlight ", env!("CARGO_PKG_VERSION")).to_owned(),
+            passed: found.faults.is_empty(),
+            sentence: String::new(),
+            faults: found.faults,
+            remarks: found.remarks,
+            folder: shot.folder.clone(),
+            shot: shot.pattern.clone(),
+            frames: ends,
+            size: first.map(|content| [content.display_window[2], content.display_window[3]]),
+            rate: first.and_then(|content| content.rate),
+            time_code: code(whole.first())
+                .zip(code(whole.last()))
+                .map(|(first, last)| [first, last]),
+            color: first.and_then(|content| content.color.interop_id.clone()),
+            layers: layers.max_by(|a, b| a.residual.total_cmp(&b.residual)),
+            made_of: made_of.unwrap_or_default(),
+            sha256: String::new(),
+            files: frames.iter().map(CertifiedFrame::of).collect(),
+        };
+        certificate.sha256 = certificate.hash();
+        certificate.sentence = certificate.words();
+        certificate
+    }
+
+    /// SHA-256 of the lines `HASH  NAME` of all files.
+    fn hash(&self) -> String {
+        let mut hash = Sha256::new();
+        for FileHash { name, sha256, .. } in self.all_files() {
+            hash.update(format!("{sha256}  {name}\n"));
+        }
+        hex(hash.finalize())
+    }
+
+    /// All files, those beside a frame behind it.
+    fn all_files(&self) -> impl Iterator<Item = &FileHash> {
+        (self.files.iter()).flat_map(|frame| [&frame.file].into_iter().chain(&frame.beside))
+    }
+
+    /// All in a line.
+    fn words(&self) -> String {
+        let mut parts = vec![match self.files.len() {
+            1 => "1 frame".to_owned(),
+            count => format!("{count} frames {}-{}", self.frames[0], self.frames[1]),
+        }];
+        parts.extend(
+            self.size
+                .map(|[width, height]| format!("{width} × {height}")),
+        );
+        parts.extend(self.color.clone());
+        parts.extend(self.rate.map(|rate| rate_words(Some(rate))));
+        parts.extend(
+            (self.time_code.as_ref()).map(|[from, to]| format!("time code {from} to {to}")),
+        );
+        parts.extend(self.layers.map(|found| {
+            format!(
+                "{} light layers that give back the picture to within {:.1e}",
+                found.layers, found.residual
+            )
+        }));
+        let verdict = match self.faults.len() {
+            0 => "no fault was found".to_owned(),
+            1 => "1 fault was found".to_owned(),
+            count => format!("{count} faults were found"),
+        };
+        format!(
+            "{}: {}; {verdict}. SHA-256 {}",
+            self.shot,
+            parts.join(", "),
+            &self.sha256[..16]
+        )
+    }
+
+    /// Writes it as JSON to `path`, from whose folder the frames' folder is then given.
+    ///
+    /// # Errors
+    /// When it cannot be written, or a path is no UTF-8.
+    pub fn write(&mut self, path: &Path) -> Result<()> {
+        let whole = |folder: &Path| std::fs::canonicalize(folder).ok();
+        if let Some(folder) = whole(&self.folder) {
+            let own = path.parent().filter(|own| !own.as_os_str().is_empty());
+            let own = whole(own.unwrap_or(Path::new(".")));
+            let inside = own.and_then(|own| folder.strip_prefix(own).ok().map(PathBuf::from));
+            self.folder = match inside {
+                Some(inside) if inside.as_os_str().is_empty() => ".".into(),
+                Some(inside) => inside,
+                None => folder,
+            };
+        }
+        let text = serde_json::to_string_pretty(self).map_err(|e| {
+            let problem = format!("the certificate {} cannot be written: {e}", path.display());
+            Error::invalid(problem, "Rename the folder of the frames")
+        })?;
+        write_beside(path, |out| writeln!(out, "{text}"))
+    }
+
+    /// Reads one.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is none that this program understands.
+    pub fn read(path: &Path) -> Result<Self> {
+        let remedy = "Name a certificate that `afterlight check FRAMES --certificate FILE` wrote";
+        let text = read_text(path, MOST_BYTES).map_err(|e| Error::io("read", path, e, remedy))?;
+        let read: Self =
+            serde_json::from_str(&text).map_err(|e| Error::codec("read", path, e, remedy))?;
+        if read.certificate != FORMAT {
+            let found = read.certificate;
+            return Err(Error::invalid(
+                format!(
+                    "{} is a certificate of version {found}, and this program reads version {FORMAT}",
+                    path.display()
+                ),
+                "Check it with the Afterlight that wrote it",
+            ));
+        }
+        Ok(read)
+    }
+}
+
+impl CertifiedFrame {
+    fn of(frame: &Frame) -> Self {
+        let content = frame.picture.as_ref().ok();
+        let rebuild = content.and_then(|content| content.layers.as_ref()?.as_ref().ok());
+        Self {
+            frame: frame.number,
+            file: frame.file.clone(),
+            pixels_sha256: content.map_or(String::new(), |content| content.pixels.clone()),
+            residual: rebuild.map(|rebuild| rebuild.residual),
+            beside: content.map_or(Vec::new(), |content| content.beside.clone()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,296 @@
+//! Which files a shot consists of.
+
+use super::super::layers::beside;
+use base::error::{Error, Result};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+const REMEDY: &str = "Name the frames of one shot, their folder, or a pattern such as shot.%04d.exr or shot.####.exr";
+/// The end of the names of files that an export is writing, or was writing when it was killed.
+const UNFINISHED: &str = ".afterlight";
+
+/// The frames of a shot as files of one folder.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Shot {
+    pub folder: PathBuf,
+    /// Frame numbers and names, in order. A number may occur twice.
+    pub files: Vec<(u64, String)>,
+    /// The names with `####` for the number.
+    pub pattern: String,
+    /// Whether the names have numbers; otherwise frames are counted from 0.
+    pub numbered: bool,
+    /// Files of the same shot that are not finished.
+    pub unfinished: Vec<String>,
+}
+
+/// What stands around the number of a frame.
+type Around = (String, String);
+
+impl Shot {
+    /// The shot that a person named: several files, a folder, or a pattern.
+    ///
+    /// # Errors
+    /// When there are no such files, or they are of several shots.
+    pub fn find(named: &[PathBuf]) -> Result<Self> {
+        let missing = |path: &Path, what: &str| {
+            Error::missing(format!("there is no {what} {}", path.display()), REMEDY)
+        };
+        let Some(first) = named.first() else {
+            return Err(Error::missing("no file is named", REMEDY));
+        };
+        let names: Vec<String>;
+        let folder: PathBuf;
+        let mut wanted = None;
+        if named.len() == 1 && !first.is_file() {
+            if first.is_dir() {
+                folder = first.clone();
+            } else {
+                folder = folder_of(first);
+                let pattern = (first.file_name().and_then(|name| name.to_str())).and_then(split);
+                wanted = Some(pattern.ok_or_else(|| missing(first, "picture"))?);
+            }
+            names = list(&folder)?;
+        } else {
+            folder = folder_of(first);
+            if let Some(other) = named.iter().find(|path| folder_of(path) != folder) {
+                return Err(Error::invalid(
+                    format!(
+                        "{} and {} are in different folders",
+                        first.display(),
+                        other.display()
+                    ),
+                    "A shot is in one folder: check one after the other",
+                ));
+            }
+            if let Some(gone) = named.iter().find(|path| !path.is_file()) {
+                return Err(missing(gone, "picture"));
+            }
+            let name = |path: &PathBuf| path.file_name()?.to_str().map(str::to_owned);
+            names = named.iter().filter_map(name).collect();
+        }
+        let unfinished = names.iter().filter(|name| name.ends_with(UNFINISHED));
+        let unfinished: Vec<String> = unfinished.cloned().collect();
+        let pictures: BTreeSet<&str> = names.iter().map(String::as_str).filter(is_exr).collect();
+        let mut shots: BTreeMap<Around, Vec<(u64, String)>> = BTreeMap::new();
+        let mut plain = Vec::new();
+        for name in pictures.iter().filter(|name| !is_layer(name, &pictures)) {
+            match (numbered(name), &wanted) {
+                (Some((around, number)), Some(pattern)) if around == *pattern => {
+                    shots
+                        .entry(around)
+                        .or_default()
+                        .push((number, (*name).to_owned()));
+                }
+                (_, Some(_)) => (),
+                (Some((around, number)), None) => {
+                    shots
+                        .entry(around)
+                        .or_default()
+                        .push((number, (*name).to_owned()));
+                }
+                (None, None) => plain.push((*name).to_owned()),
+            }
+        }
+        // Names alike but for the number are a shot; a single one without is one, too.
+        let of_one = match (shots.len(), plain.len()) {
+            (1, 0) | (0, 1) => true,
+            (0, 0) => return Err(missing(first, "picture of a shot")),
+            _ => false,
+        };
+        if !of_one {
+            let shots = shots
+                .keys()
+                .map(|(before, after)| format!("{before}####{after}"));
+            let all: Vec<String> = shots.chain(plain).take(8).collect();
+            return Err(Error::invalid(
+                format!("{} has several shots: {}", folder.display(), all.join(", ")),
+                "Name one of them",
+            ));
+        }
+        let Some(((before, after), mut files)) = shots.pop_first() else {
+            let files: Vec<_> = (0..).zip(plain).collect();
+            return Ok(Self {
+                folder,
+                pattern: files[0].1.clone(),
+                files,
+                numbered: false,
+                unfinished: Vec::new(),
+            });
+        };
+        files.sort();
+        Ok(Self {
+            folder,
+            files,
+            numbered: true,
+            unfinished: (unfinished.into_iter())
+                .filter(|name| {
+                    name.strip_prefix('.')
+                        .is_some_and(|name| name.starts_with(&before))
+                })
+                .collect(),
+            pattern: format!("{before}####{after}"),
+        })
+    }
+
+    /// Where a file is.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+}
+
+/// Whether an address names frames of a shot rather than a project: an EXR, a pattern of EXRs, or a folder that has EXRs and is
+/// no project's.
+pub fn names_frames(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if path.is_dir() {
+        !path.join("project.toml").exists()
+            && list(path).is_ok_and(|names| names.iter().any(|name| is_exr(&&**name)))
+    } else {
+        is_exr(&&*name)
+    }
+}
+
+/// The folder that holds a file.
+fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
+        _ => ".".into(),
+    }
+}
+
+fn list(folder: &Path) -> Result<Vec<String>> {
+    let fail = |e| {
+        Error::io(
+            "read",
+            folder,
+            e,
+            "Check that the folder is there and can be read",
+        )
+    };
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(fail)? {
+        names.extend(entry.map_err(fail)?.file_name().into_string().ok());
+    }
+    Ok(names)
+}
+
+fn is_exr(name: &&str) -> bool {
+    let ending = Path::new(name).extension();
+    !name.starts_with('.') && ending.is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
+}
+
+/// What stands around the number of a pattern such as `shot.%04d.exr` or `shot.####.exr`.
+fn split(pattern: &str) -> Option<Around> {
+    if let Some((before, rest)) = pattern.split_once('%') {
+        let (digits, after) = rest.split_once('d')?;
+        let is_count = digits.bytes().all(|b| b.is_ascii_digit());
+        return is_count.then(|| (before.to_owned(), after.to_owned()));
+    }
+    let (before, rest) = pattern.split_once('#')?;
+    Some((before.to_owned(), rest.trim_start_matches('#').to_owned()))
+}
+
+/// The last number of a name, and what stands around it.
+fn numbered(name: &str) -> Option<(Around, u64)> {
+    let (stem, _) = name.rsplit_once('.')?;
+    let before = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = stem[before.len()..].parse().ok()?;
+    Some(((before.to_owned(), name[stem.len()..].to_owned()), number))
+}
+
+/// Whether a file is a light layer of another that is there.
+fn is_layer(name: &str, all: &BTreeSet<&str>) -> bool {
+    let mut words = name.split(['.', '_', '-']);
+    let is_rest = words.any(|word| word == "rest");
+    let layers = name.match_indices("light_").map(|(at, light)| {
+        let digits = name[at + light.len()..].bytes();
+        let digits = digits.take_while(u8::is_ascii_digit).count();
+        &name[at..at + light.len() + digits]
+    });
+    layers.chain(is_rest.then_some("rest")).any(|layer| {
+        let pieces = name.match_indices(layer).map(|(at, _)| {
+            let (before, after) = (&name[..at], &name[at + layer.len()..]);
+            [
+                format!("{}{after}", before.trim_end_matches('.')),
+                format!("{before}{after}"),
+            ]
+        });
+        pieces.flatten().any(|picture| {
+            all.contains(&*picture) && beside(Path::new(&picture), layer) == Path::new(name)
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(folder: &Path, named: &[&str]) -> Result<Shot> {
+        let named: Vec<PathBuf> = named.iter().map(|name| folder.join(name)).collect();
+        Shot::find(&named)
+    }
+
+    #[test]
+    fn a_shot_is_found_by_its_folder_its_pattern_or_its_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        for name in [
+            "shot.0009.exr",
+            "shot.0010.exr",
+            "shot.light_00.0009.exr",
+            "shot.light_00.0010.exr",
+            "shot.rest.0009.exr",
+            "shot.0009.json",
+            ".shot.0011.exr.a1b2c3.afterlight",
+            "notes.txt",
+        ] {
+            std::fs::write(folder.join(name), "").unwrap();
+        }
+        let whole = found(folder, &[""]).unwrap();
+        assert_eq!(
+            whole.files,
+            [
+                (9, "shot.0009.exr".to_owned()),
+                (10, "shot.0010.exr".to_owned())
+            ]
+        );
+        assert_eq!((&*whole.pattern, whole.numbered), ("shot.####.exr", true));
+        assert_eq!(whole.unfinished.len(), 1);
+        for pattern in ["shot.%04d.exr", "shot.####.exr", "shot.%d.exr"] {
+            assert_eq!(found(folder, &[pattern]).unwrap().files, whole.files);
+        }
+        let one = found(folder, &["shot.0010.exr"]).unwrap();
+        assert_eq!(one.files, [(10, "shot.0010.exr".to_owned())]);
+        // As a shell writes `shot.*.exr` out.
+        let named = ["shot.0009.exr", "shot.0010.exr", "shot.light_00.0009.exr"];
+        assert_eq!(found(folder, &named).unwrap().files, whole.files);
+        assert!(names_frames(folder) && names_frames(&folder.join("shot.####.exr")));
+        // The same number written in two ways is there twice.
+        std::fs::write(folder.join("shot.9.exr"), "").unwrap();
+        let double = found(folder, &["shot.%04d.exr"]).unwrap().files;
+        assert_eq!(double.iter().filter(|(number, _)| *number == 9).count(), 2);
+    }
+
+    #[test]
+    fn what_is_no_shot_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let said = |named: &[&str]| found(folder, named).unwrap_err().to_string();
+        assert!(said(&[""]).contains("no picture of a shot"));
+        assert!(said(&["gone.exr"]).contains("gone.exr"));
+        assert!(said(&["a.####.exr"]).contains("a.####.exr"));
+        for name in ["a.1.exr", "b.1.exr", "title.exr"] {
+            std::fs::write(folder.join(name), "").unwrap();
+        }
+        let several = said(&[""]);
+        assert!(
+            several.contains("a.####.exr, b.####.exr, title.exr"),
+            "{several}"
+        );
+        assert!(said(&["a.1.exr", "gone.2.exr"]).contains("gone.2.exr"));
+        assert!(said(&["a.1.exr", "x/a.2.exr"]).contains("different folders"));
+        assert!(Shot::find(&[]).is_err());
+        std::fs::write(folder.join("project.toml"), "").unwrap();
+        assert!(!names_frames(folder) && !names_frames(&folder.join("film")));
+    }
+}

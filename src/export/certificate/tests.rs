@@ -1,0 +1,481 @@
+use super::super::colors::Encoding;
+use super::super::layers::{LightLayer, LightLayers};
+use super::super::still::tests::{about, picture};
+use super::super::{
+    About, Bits, ExrCompression, LayerFiles, OutputSpace, Samples, TimeCode, write_still,
+};
+use super::*;
+use compositor::Picture;
+
+const FRAMES: u64 = 6;
+
+/// What a frame is written with.
+struct Take {
+    picture: Picture,
+    layers: Option<LightLayers>,
+    about: About<'static>,
+    made_of: String,
+}
+
+/// Frame `number` as it should be: two lamps whose weighted layers are the picture.
+fn take(number: u64) -> Take {
+    let shade = 0.25 + number as f32 / 16.0;
+    let layer = |color: [f32; 3], weight: f32| LightLayer {
+        lamp: "lamp".to_owned(),
+        weight: [weight; 3],
+        picture: picture(8, 5, color, false).linear.unwrap(),
+    };
+    let lamps = vec![
+        layer([shade, 1.0, 0.5], 0.5),
+        layer([0.5, shade, 2.0], 0.25),
+    ];
+    let mut whole = picture(8, 5, [0.0; 3], false);
+    let sum = whole.linear.as_mut().unwrap();
+    for (i, pixel) in sum.pixels.iter_mut().enumerate() {
+        for lamp in &lamps {
+            (0..3).for_each(|c| pixel[c] += lamp.weight[c] * lamp.picture.pixels[i][c]);
+        }
+    }
+    Take {
+        picture: whole,
+        layers: Some(LightLayers { lamps, rest: None }),
+        about: About {
+            time_code: TimeCode::parse("01:00:00:22", 24.0)
+                .unwrap()
+                .plus(number as usize),
+            frame_rate: 24.0,
+            ..about(Bits::Eight)
+        },
+        made_of: format!(
+            "version=1 project=a checkpoint=b environment=c settings=d look={number} plate={number} frame={number}"
+        ),
+    }
+}
+
+impl Take {
+    fn write(&self, path: &Path) {
+        let about = About {
+            layers: self.layers.as_ref(),
+            provenance: (!self.made_of.is_empty()).then_some(&*self.made_of),
+            ..self.about
+        };
+        write_still(path, &self.picture, &about).unwrap();
+    }
+}
+
+fn file(folder: &Path, number: u64) -> PathBuf {
+    folder.join(format!("shot.{number:04}.exr"))
+}
+
+fn whole_shot(folder: &Path) {
+    (1..=FRAMES).for_each(|number| take(number).write(&file(folder, number)));
+}
+
+fn issued(folder: &Path, settings: &CertifySettings) -> Certificate {
+    Certificate::issue(&[folder.into()], settings, &Progress::silent()).unwrap()
+}
+
+fn kinds(faults: &[Fault]) -> Vec<&str> {
+    faults.iter().map(|fault| &*fault.kind).collect()
+}
+
+#[test]
+fn a_shot_that_is_whole_gets_a_certificate_that_says_what_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    whole_shot(folder.path());
+    let asked = CertifySettings {
+        frames: Some((1, FRAMES)),
+        rate: Some(24.0),
+        ..CertifySettings::default()
+    };
+    let found = issued(folder.path(), &asked);
+    assert!(found.passed, "{:?}", found.faults);
+    assert!(found.remarks.is_empty(), "{:?}", found.remarks);
+    assert_eq!((&*found.shot, found.frames), ("shot.####.exr", [1, FRAMES]));
+    assert_eq!((found.size, found.rate), (Some([8, 5]), Some((24, 1))));
+    assert_eq!(found.color.as_deref(), Some("lin_rec709_scene"));
+    // Across the border of a second.
+    assert_eq!(
+        found.time_code,
+        Some(["01:00:00:23", "01:00:01:04"].map(str::to_owned))
+    );
+    let layers = found.layers.unwrap();
+    assert!(layers.layers == 2 && layers.residual <= layers.brightest / 1024.0);
+    assert_eq!(found.made_of["checkpoint"], "b");
+    assert!(!found.made_of.contains_key("frame"));
+    // What `sha256sum` says of the files, and of its own lines about them.
+    let mut lines = String::new();
+    for entry in &found.files {
+        let bytes = std::fs::read(folder.path().join(&entry.file.name)).unwrap();
+        assert_eq!(entry.file.bytes, bytes.len() as u64);
+        assert_eq!(entry.file.sha256, hex(Sha256::digest(&bytes)));
+        lines += &format!("{}  {}\n", entry.file.sha256, entry.file.name);
+    }
+    assert_eq!(found.sha256, hex(Sha256::digest(lines)));
+    for part in [
+        "6 frames 1-6",
+        "8 × 5",
+        "2 light layers",
+        "01:00:00:23 to",
+        "no fault",
+        &found.sha256[..16],
+    ] {
+        assert!(found.sentence.contains(part), "{part}: {}", found.sentence);
+    }
+    assert!(!found.sentence.contains('\n'));
+}
+
+#[test]
+fn each_harm_to_a_shot_is_named_with_its_frame() {
+    type Harm = fn(&Path);
+    /// Writes frame 4 after a change.
+    fn fourth(folder: &Path, change: impl FnOnce(&mut Take)) {
+        let mut take = take(4);
+        change(&mut take);
+        take.write(&file(folder, 4));
+    }
+    let harms: [(&str, &str, Harm); 19] = [
+        ("missing", "1 of 1-6 is missing: 3", |f| {
+            std::fs::remove_file(file(f, 3)).unwrap()
+        }),
+        (
+            "double",
+            "frame 4 is there twice: shot.0004.exr, shot.4.exr",
+            |f| {
+                take(4).write(&f.join("shot.4.exr"));
+            },
+        ),
+        ("repeated", "as in the frame before: 4", |f| {
+            fourth(f, |t| {
+                (t.picture, t.layers) = (take(3).picture, take(3).layers)
+            });
+        }),
+        ("unreadable", "shot.0004.exr", |f| {
+            let bytes = std::fs::read(file(f, 4)).unwrap();
+            std::fs::write(file(f, 4), &bytes[..bytes.len() - 60]).unwrap();
+        }),
+        ("unreadable", "shot.0004.exr", |f| {
+            std::fs::write(file(f, 4), "").unwrap()
+        }),
+        ("unreadable", "1099511627776 bytes", |f| {
+            let file = std::fs::OpenOptions::new()
+                .write(true)
+                .open(file(f, 4))
+                .unwrap();
+            file.set_len(1 << 40).unwrap();
+        }),
+        ("not_finite", "1 value is NaN or infinite, in 4", |f| {
+            fourth(f, |t| {
+                t.picture.linear.as_mut().unwrap().pixels[9][1] = f32::NAN
+            });
+        }),
+        ("rebuild", "in 4: the largest difference is 5.0", |f| {
+            fourth(f, |t| {
+                t.picture.linear.as_mut().unwrap().pixels[9][1] += 0.5
+            });
+        }),
+        ("layers", "missing in 4; 5 frames have them", |f| {
+            fourth(f, |t| t.layers = None)
+        }),
+        ("layers", "shot.light_01.0004.exr", |f| {
+            fourth(f, |t| t.about.exr.layers = LayerFiles::Files);
+            std::fs::remove_file(f.join("shot.light_01.0004.exr")).unwrap();
+        }),
+        (
+            "time_code",
+            "frame 4 has 01:00:01:03 in place of 01:00:01:02",
+            |f| {
+                fourth(f, |t| t.about.time_code = t.about.time_code.plus(1));
+            },
+        ),
+        ("rate", "the frame rate: 25 frames a second in 4", |f| {
+            fourth(f, |t| t.about.frame_rate = 25.0)
+        }),
+        ("color", "lin_ap1_scene", |f| {
+            let aces: &'static Encoding = Box::leak(Box::new(
+                Encoding::open(Some(OutputSpace::Acescg), None).unwrap(),
+            ));
+            fourth(f, |t| t.about.encoding = aces);
+        }),
+        ("size", "the size: 9 × 5 pixels from 0, 0 in 4", |f| {
+            fourth(f, |t| {
+                (t.picture, t.layers) = (picture(9, 5, [0.5; 3], true), None)
+            });
+        }),
+        ("channels", "the channels: A float", |f| {
+            fourth(f, |t| t.about.exr.samples = Samples::Float)
+        }),
+        (
+            "provenance",
+            "(checkpoint): x in 4; b in most frames",
+            |f| {
+                fourth(f, |t| {
+                    t.made_of = t.made_of.replace("checkpoint=b", "checkpoint=x")
+                });
+            },
+        ),
+        ("provenance", "(environment): nothing in 4", |f| {
+            fourth(f, |t| t.made_of = String::new());
+        }),
+        ("order", "another frame than the name, in 4", |f| {
+            fourth(f, |t| t.made_of = t.made_of.replace("frame=4", "frame=5"));
+        }),
+        ("unfinished", ".shot.0007.exr.a1b2c3.afterlight", |f| {
+            std::fs::write(f.join(".shot.0007.exr.a1b2c3.afterlight"), "").unwrap();
+        }),
+    ];
+    for (kind, wanted, harm) in harms {
+        let folder = tempfile::tempdir().unwrap();
+        whole_shot(folder.path());
+        harm(folder.path());
+        let found = issued(folder.path(), &CertifySettings::default());
+        assert!(!found.passed);
+        let fault = found
+            .faults
+            .iter()
+            .find(|fault| fault.kind == kind && (fault.sentence.contains(wanted)));
+        assert!(fault.is_some(), "{kind} {wanted}: {:?}", found.faults);
+    }
+    test_support::shown!(Strangers, "A shot for delivery lacks frames, has some twice, half or of another look",
+        danger: "it is noticed by whoever gets it", done: "`afterlight check FRAMES` names each fault and its frames",
+        bound: "19 harms", measured: "all named");
+}
+
+#[test]
+fn what_may_be_meant_so_is_a_remark() {
+    let folder = tempfile::tempdir().unwrap();
+    for number in 1..=3 {
+        let mut cropped = take(number);
+        cropped.about.exr.crop = true;
+        let light = cropped.picture.linear.as_mut().unwrap();
+        // The picture reaches further from frame to frame.
+        for (i, pixel) in light.pixels.iter_mut().enumerate() {
+            if (i / 8) as u64 > number {
+                *pixel = [0.0; 3];
+                cropped.picture.alpha.pixels[i] = 0.0;
+            }
+        }
+        cropped.layers = None;
+        cropped.write(&file(folder.path(), number));
+    }
+    let found = issued(folder.path(), &CertifySettings::default());
+    assert!(found.passed, "{:?}", found.faults);
+    let remarks: Vec<&str> = found.remarks.iter().map(|remark| &*remark.kind).collect();
+    assert_eq!(remarks, ["layers", "data_window"]);
+    // A picture of another program says nothing of itself; one that repeats may be meant so.
+    let plain = tempfile::tempdir().unwrap();
+    for number in 0..3 {
+        let light = take(1).picture.linear.unwrap();
+        imaging::file::write_exr(&file(plain.path(), number), &light).unwrap();
+    }
+    let found = issued(plain.path(), &CertifySettings::default());
+    assert_eq!(kinds(&found.faults), ["repeated"]);
+    let allowed = CertifySettings {
+        allow_repeats: true,
+        ..CertifySettings::default()
+    };
+    let found = issued(plain.path(), &allowed);
+    assert!(
+        found.passed && found.remarks.len() == 3,
+        "{:?}",
+        found.remarks
+    );
+    // Black frames repeat.
+    let black = tempfile::tempdir().unwrap();
+    for number in 0..3 {
+        let light = imaging::Image::filled(4, 4, [0.0; 3]);
+        imaging::file::write_exr(&file(black.path(), number), &light).unwrap();
+    }
+    assert!(issued(black.path(), &CertifySettings::default()).passed);
+}
+
+#[test]
+fn a_range_and_a_rate_that_are_asked_for_are_demanded() {
+    let folder = tempfile::tempdir().unwrap();
+    whole_shot(folder.path());
+    let asked = |frames, rate| {
+        let settings = CertifySettings {
+            frames,
+            rate,
+            ..CertifySettings::default()
+        };
+        issued(folder.path(), &settings).faults
+    };
+    let missing = asked(Some((0, 1_000_000_000)), None);
+    assert_eq!(missing[0].frames, "0, 7-1000000000");
+    let extra = asked(Some((2, 5)), None);
+    assert_eq!((kinds(&extra), &*extra[0].frames), (vec!["extra"], "1, 6"));
+    assert!(
+        asked(None, Some(23.976))
+            .iter()
+            .any(|fault| fault.kind == "rate")
+    );
+    assert_eq!(asked(Some((0, u64::MAX)), None).len(), 1);
+}
+
+#[test]
+fn time_codes_step_at_every_rate() {
+    for (rate, start) in [
+        (24.0, "23:59:59:20"),
+        (25.0, "00:00:59:22"),
+        (30000.0 / 1001.0, "00:00:59;27"),
+        (60000.0 / 1001.0, "00:09:59;57"),
+        (50.0, "10:00:00:47"),
+        (120.0, "01:02:03:117"),
+    ] {
+        for harmed in [false, true] {
+            let folder = tempfile::tempdir().unwrap();
+            for number in (1..=9).filter(|number| *number != 5) {
+                let mut take = take(number);
+                take.layers = None;
+                take.about.frame_rate = rate;
+                // A jump that is longer than the frames that share a number.
+                let jump = if harmed && number > 6 { 7 } else { 0 };
+                let start = TimeCode::parse(start, rate).unwrap();
+                take.about.time_code = start.plus(number as usize + jump);
+                take.write(&file(folder.path(), number));
+            }
+            let found = issued(folder.path(), &CertifySettings::default());
+            let jumps: Vec<_> = found
+                .faults
+                .iter()
+                .filter(|f| f.kind == "time_code")
+                .collect();
+            assert_eq!(
+                jumps.len(),
+                usize::from(harmed),
+                "{rate} {start}: {jumps:?}"
+            );
+            assert!(!harmed || jumps[0].frames == "7", "{jumps:?}");
+        }
+    }
+}
+
+#[test]
+fn a_name_and_chromaticities_that_differ_are_a_fault() {
+    use super::frame::Color;
+    let primaries = imaging::color_space::ColorSpace::Rec709.primaries();
+    let corners = [
+        primaries.red,
+        primaries.green,
+        primaries.blue,
+        primaries.white,
+    ];
+    let found: Vec<f32> = corners.as_flattened().iter().map(|v| *v as f32).collect();
+    let color = |id: &str| Color {
+        chromaticities: found.clone().try_into().ok(),
+        interop_id: Some(id.to_owned()),
+        alpha: None,
+    };
+    assert_eq!(color("lin_rec709_scene").contradiction(), None);
+    assert_eq!(color("of_another_program").contradiction(), None);
+    assert!(
+        color("lin_ap1_scene")
+            .contradiction()
+            .unwrap()
+            .contains("lin_ap1_scene")
+    );
+}
+
+#[test]
+fn a_certificate_is_compared_with_the_files_later() {
+    let folder = tempfile::tempdir().unwrap();
+    let frames = folder.path().join("frames");
+    for number in 1..=3 {
+        let mut take = take(number);
+        take.about.exr.layers = LayerFiles::Files;
+        take.write(&file(&frames, number));
+    }
+    let path = folder.path().join("shot.json");
+    let mut certificate = issued(&frames, &CertifySettings::default());
+    certificate.write(&path).unwrap();
+    assert_eq!(certificate.folder, Path::new("frames"));
+    assert_eq!(Certificate::read(&path).unwrap(), certificate);
+    // With both, and three files of layers and weights.
+    let verified = || Verification::of_file(&path, &Progress::silent()).unwrap();
+    let found = verified();
+    assert!(found.passed && found.remarks.is_empty(), "{found:?}");
+    assert_eq!((found.files, found.same), (12, 12));
+    assert!(
+        found.sentence.contains("all 12 files"),
+        "{}",
+        found.sentence
+    );
+    // The folder may move as a whole.
+    let moved = folder.path().join("moved");
+    std::fs::create_dir(&moved).unwrap();
+    std::fs::rename(&frames, moved.join("frames")).unwrap();
+    std::fs::rename(&path, moved.join("shot.json")).unwrap();
+    let (path, frames) = (moved.join("shot.json"), moved.join("frames"));
+    let verified = || Verification::of_file(&path, &Progress::silent()).unwrap();
+    assert!(verified().passed);
+
+    let said = |wanted: [&str; 2]| {
+        let found = verified();
+        let fault = found.faults.iter().find(|f| f.sentence.contains(wanted[1]));
+        assert!(
+            fault.is_some_and(|f| f.kind == wanted[0]),
+            "{wanted:?}: {:?}",
+            found.faults
+        );
+        found
+    };
+    let mut take = take(2);
+    take.about.exr.layers = LayerFiles::Files;
+    take.about.exr.compression = ExrCompression::Piz;
+    take.write(&file(&frames, 2));
+    // The layers' files were compressed anew, too.
+    let found = said([
+        "changed",
+        "shot.0002.exr has other bytes and the same picture",
+    ]);
+    assert_eq!((found.same, found.passed), (9, false));
+    take.picture.linear.as_mut().unwrap().pixels[0] = [0.25; 3];
+    take.write(&file(&frames, 2));
+    said(["changed", "shot.0002.exr has another picture"]);
+    std::fs::write(file(&frames, 2), "half").unwrap();
+    said(["unreadable", "shot.0002.exr is damaged"]);
+    std::fs::remove_file(file(&frames, 2)).unwrap();
+    said(["missing", "shot.0002.exr is not there"]);
+    std::fs::remove_file(frames.join("shot.light_00.0003.exr")).unwrap();
+    said(["missing", "shot.light_00.0003.exr"]);
+    take.write(&file(&frames, 4));
+    assert!(verified().remarks[0].sentence.contains("shot.0004.exr"));
+
+    let text = std::fs::read_to_string(&path).unwrap();
+    let of_first = &certificate.files[0].file.sha256;
+    std::fs::write(&path, text.replace(of_first, &"0".repeat(64))).unwrap();
+    said(["certificate", "itself was changed"]);
+    std::fs::write(&path, text.replace("shot.0001.exr", "../../etc/passwd")).unwrap();
+    said(["certificate", "is no name of a file"]);
+    for (text, wanted) in [
+        (
+            text.replace("\"certificate\": 1", "\"certificate\": 9"),
+            "version 9",
+        ),
+        ("{}".to_owned(), "shot.json"),
+        ("[".repeat(1 << 16), "shot.json"),
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let said = Verification::of_file(&path, &Progress::silent())
+            .unwrap_err()
+            .to_string();
+        assert!(said.contains(wanted), "{said}");
+    }
+}
+
+#[test]
+fn a_stop_ends_the_check_and_nothing_is_written() {
+    use base::progress::Control;
+    let folder = tempfile::tempdir().unwrap();
+    whole_shot(folder.path());
+    let control = Control::default();
+    control.stop();
+    let progress = Progress::new(&|_| (), control);
+    let stopped = Certificate::issue(
+        &[folder.path().into()],
+        &CertifySettings::default(),
+        &progress,
+    );
+    assert!(matches!(stopped, Err(Error::Cancelled { .. })));
+}

@@ -1,0 +1,121 @@
+//! Whether time codes step by one.
+
+use super::super::TimeCode;
+use super::CertifySettings;
+use super::faults::{Findings, rate_of, spans};
+use super::frame::{Content, Frame};
+use exr::meta::attribute;
+use std::collections::BTreeSet;
+
+/// Jumps that are named one by one.
+const NAMED: usize = 3;
+
+/// Adds what is wrong with the time codes. A gap in the numbers is one in the time codes, too.
+pub(super) fn time_codes(
+    found: &mut Findings,
+    whole: &[(&Frame, &Content)],
+    settings: &CertifySettings,
+) {
+    let without = whole
+        .iter()
+        .filter(|(_, content)| content.time_code.is_none());
+    let without: BTreeSet<u64> = without.map(|(frame, _)| frame.number).collect();
+    if without.len() == whole.len() {
+        if !whole.is_empty() {
+            found.remark("time_code", "No frame has a time code");
+        }
+        return;
+    }
+    if !without.is_empty() {
+        let sentence = format!("the time code is missing in {}", spans(&without));
+        found.fault("time_code", without, sentence);
+    }
+    let stated = whole
+        .iter()
+        .find_map(|(_, content)| content.rate.and_then(rate_of));
+    let Some(rate) = settings.rate.or(stated) else {
+        found.remark(
+            "time_code",
+            "No frame says its rate: whether the time codes step by one was not checked (--rate)",
+        );
+        return;
+    };
+    let mut jumps = Vec::new();
+    // Faster clips than 60 frames a second share a code among frames, so several starts are possible.
+    let mut starts: Vec<TimeCode> = Vec::new();
+    let mut start_number = 0;
+    for (frame, content) in whole {
+        let Some(code) = content.time_code else {
+            continue;
+        };
+        let ahead = usize::try_from(frame.number - start_number.min(frame.number));
+        let ahead = ahead.unwrap_or(usize::MAX);
+        let follows: Vec<TimeCode> = (starts.iter().copied())
+            .filter(|start| is_same(start.plus(ahead).into(), code))
+            .collect();
+        if follows.is_empty() {
+            if let Some(start) = starts.first() {
+                let wanted: attribute::TimeCode = start.plus(ahead).into();
+                jumps.push((frame.number, words(code), words(wanted)));
+            }
+            starts = TimeCode::of_header(code, rate).collect();
+            start_number = frame.number;
+            if starts.is_empty() {
+                jumps.push((
+                    frame.number,
+                    words(code),
+                    format!("one of {rate} frames a second"),
+                ));
+            }
+        } else {
+            starts = follows;
+        }
+    }
+    if jumps.is_empty() {
+        return;
+    }
+    let numbers: BTreeSet<u64> = jumps.iter().map(|(number, ..)| *number).collect();
+    let named = jumps
+        .iter()
+        .take(NAMED)
+        .map(|(number, is, wanted)| format!("frame {number} has {is} in place of {wanted}"));
+    let named: Vec<String> = named.collect();
+    let sentence = format!(
+        "the time code does not step by one at {}: {}",
+        spans(&numbers),
+        named.join("; ")
+    );
+    found.fault("time_code", numbers, sentence);
+}
+
+fn is_same(a: attribute::TimeCode, b: attribute::TimeCode) -> bool {
+    let of = |t: attribute::TimeCode| {
+        (
+            t.hours,
+            t.minutes,
+            t.seconds,
+            t.frame,
+            t.field_phase,
+            t.drop_frame,
+        )
+    };
+    of(a) == of(b)
+}
+
+/// A header's time code as it is read on a slate.
+pub(super) fn words(code: attribute::TimeCode) -> String {
+    let attribute::TimeCode {
+        hours,
+        minutes,
+        seconds,
+        frame,
+        ..
+    } = code;
+    let mark = if code.drop_frame { ';' } else { ':' };
+    let field = if code.field_phase {
+        " second field"
+    } else {
+        ""
+    };
+    format!("{hours:02}:{minutes:02}:{seconds:02}{mark}{frame:02}{field}")
+}

@@ -1,0 +1,189 @@
+//! Displays and views of the OpenColorIO configuration of the project, or of the variable `OCIO`, and the one that the picture is
+//! looked through. A configuration is read, and a view made into a table, in the background.
+
+use super::state::State;
+use base::error::Result;
+use color_config::{ColorChoice, ConfigNames};
+use imaging::DisplayTable;
+use project::Project;
+use std::sync::Arc;
+use worker::Lookup;
+
+/// What a configuration offers, and the view that was asked for as a table.
+type Answer = (Arc<ConfigNames>, Option<Arc<DisplayTable>>);
+
+/// What is known of the configuration, and the thread that reads it.
+#[derive(Default)]
+pub struct ColorViews {
+    lookup: Option<Lookup<ColorChoice, Answer>>,
+    asked: Option<ColorChoice>,
+    /// What it offers, or why it cannot be read; None until that is known, and without a configuration.
+    names: Option<std::result::Result<Arc<ConfigNames>, String>>,
+}
+
+impl ColorViews {
+    /// What the configuration offers, or why it cannot be read. None until that is known, and without a configuration.
+    pub fn names(&self) -> Option<&std::result::Result<Arc<ConfigNames>, String>> {
+        self.names.as_ref()
+    }
+
+    /// Asks for what a project's configuration offers and for the view that the state looks through, if either changed.
+    pub fn ask(&mut self, project: &Project, state: &State, wake: impl Fn() + Send + 'static) {
+        let chosen = state.color_view.clone().unwrap_or_default();
+        let choice = chosen.or_config(project.color_config());
+        if self.asked.as_ref() == Some(&choice) {
+            return;
+        }
+        let known = self.asked.as_ref().and_then(ColorChoice::named);
+        self.asked = Some(choice.clone());
+        if choice.named() != known {
+            self.names = None;
+        } else if !choice.is_view() && self.names.is_some() {
+            return;
+        }
+        if choice.named().is_some() {
+            let lookup = (self.lookup).get_or_insert_with(|| Lookup::start(wake, answer));
+            lookup.ask(choice);
+        }
+    }
+
+    /// Takes in what was read: the state looks through a view once its table is there. Why there is none is returned once.
+    pub fn receive(&mut self, state: &mut State) -> Option<String> {
+        let newest = (self.lookup.iter().flat_map(Lookup::answers)).last();
+        // What was asked before is no longer wanted.
+        let (_, answer) = newest.filter(|(choice, _)| self.asked.as_ref() == Some(choice))?;
+        match answer {
+            Ok((names, table)) => {
+                self.names = Some(Ok(names));
+                if table.is_some() {
+                    state.viewing.through = table;
+                }
+                None
+            }
+            Err(e) => {
+                let sentence = e.to_string();
+                // Another view of a configuration that was read may be there.
+                if !matches!(self.names, Some(Ok(_))) {
+                    self.names = Some(Err(sentence.clone()));
+                }
+                let wanted = state.color_view.take();
+                state.viewing.through = None;
+                wanted.map(|_| sentence)
+            }
+        }
+    }
+}
+
+/// Reads a configuration, and makes the chosen view of it a table.
+fn answer(choice: &ColorChoice) -> Result<Answer> {
+    let config = choice.open()?;
+    let look = choice.look.as_deref();
+    let table = match choice.is_view() {
+        true => {
+            let (display, view) = (choice.display.as_deref(), choice.view.as_deref());
+            Some(Arc::new(config.to_view(display, view, look)?.table(look)))
+        }
+        false => None,
+    };
+    Ok((Arc::new(config.names()), table))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::ViewCommand;
+    use scene::Viewing;
+    use std::path::{Path, PathBuf};
+    use std::time::{Duration, Instant};
+
+    const SRGB: &str = "sRGB - Display";
+
+    fn with(config: Option<&str>) -> Project {
+        let mut project = Project::without_shoot(Path::new("/film"));
+        project.settings.color_config = config.map(PathBuf::from);
+        project
+    }
+
+    fn view(name: &str) -> ColorChoice {
+        ColorChoice {
+            display: Some(SRGB.to_owned()),
+            view: Some(name.to_owned()),
+            ..ColorChoice::default()
+        }
+    }
+
+    /// Asks until something is known of it, or of what went wrong.
+    fn until(
+        views: &mut ColorViews,
+        project: &Project,
+        state: &mut State,
+        seen: impl Fn(&ColorViews, &State) -> bool,
+    ) -> Option<String> {
+        let started = Instant::now();
+        let mut said = None;
+        while !seen(views, state) {
+            assert!(started.elapsed() < Duration::from_secs(60));
+            views.ask(project, state, || {});
+            said = views.receive(state).or(said);
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        said
+    }
+
+    #[test]
+    fn a_view_is_looked_through_once_its_table_is_there_and_no_longer_when_it_is_left() {
+        let (mut views, mut state) = (ColorViews::default(), State::new(1, 24.0));
+        let project = with(Some("ocio://default"));
+        until(&mut views, &project, &mut state, |views, _| {
+            views.names().is_some()
+        });
+        let names = views.names().unwrap().clone().unwrap();
+        assert_eq!(names.displays[0].name, SRGB);
+        assert!(state.viewing.is_neutral());
+        let wanted = names.displays[0].views[0].clone();
+        state.show(ViewCommand::LookThrough(Some(view(&wanted))));
+        until(&mut views, &project, &mut state, |_, state| {
+            state.viewing.through.is_some()
+        });
+        assert_eq!(state.scene().viewing.through.unwrap().name, wanted);
+        // An exposure leaves it, a reset does not.
+        state.show(ViewCommand::StepViewing(1.0));
+        assert!(state.viewing.through.is_some());
+        state.show(ViewCommand::ResetView);
+        assert_eq!(
+            (&state.viewing, &state.color_view),
+            (&Viewing::default(), &None)
+        );
+        // A view that arrives late is not looked through.
+        state.show(ViewCommand::LookThrough(Some(view(&wanted))));
+        views.ask(&project, &state, || {});
+        state.show(ViewCommand::LookThrough(None));
+        views.ask(&project, &state, || {});
+        std::thread::sleep(Duration::from_millis(300));
+        assert_eq!(views.receive(&mut state), None);
+        assert_eq!(state.viewing.through, None);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_said_and_the_picture_stays_as_exported() {
+        let (mut views, mut state) = (ColorViews::default(), State::new(1, 24.0));
+        let gone = with(Some("/gone/config.ocio"));
+        let said = until(&mut views, &gone, &mut state, |views, _| {
+            views.names().is_some()
+        });
+        // Nobody asked for it: it is said where views are chosen.
+        assert_eq!(said, None);
+        let why = views.names().unwrap().clone().unwrap_err();
+        assert!(why.contains("/gone/config.ocio"), "{why}");
+        let project = with(Some("ocio://default"));
+        until(&mut views, &project, &mut state, |views, _| {
+            matches!(views.names(), Some(Ok(_)))
+        });
+        state.show(ViewCommand::LookThrough(Some(view("Polaroid"))));
+        let said = until(&mut views, &project, &mut state, |_, state| {
+            state.color_view.is_none()
+        });
+        assert!(said.unwrap().contains("Polaroid"));
+        assert!(state.viewing.is_neutral() && matches!(views.names(), Some(Ok(_))));
+    }
+}

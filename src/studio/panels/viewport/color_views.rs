@@ -1,0 +1,134 @@
+//! The menu of what an OpenColorIO configuration offers to look through: views, displays and looks.
+
+use crate::command::{Command, ViewCommand};
+use crate::panel_context::PanelContext;
+use crate::theme;
+use color_config::{ColorChoice, ConfigNames, DisplayNames};
+use egui::{Label, RichText, Ui};
+
+/// Width of a sentence in points.
+const SENTENCE: f32 = 300.0;
+
+/// The part of the menu below the program's own tone curves; nothing without a configuration.
+pub fn color_views_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let Some(names) = context.color_views.names() else {
+        return;
+    };
+    ui.separator();
+    let names = match names {
+        Ok(names) => names,
+        Err(sentence) => {
+            ui.set_max_width(SENTENCE);
+            let sentence = RichText::new(sentence).color(theme::WARNING);
+            ui.add(Label::new(sentence).wrap());
+            return;
+        }
+    };
+    let now = context.state.color_view.as_ref();
+    let Some(begin) = now.cloned().or_else(|| first(names)) else {
+        let none = "The OpenColorIO configuration has no displays";
+        ui.label(RichText::new(none).color(theme::QUIET));
+        return;
+    };
+    let mut choose = |ui: &mut Ui, name: &str, choice: ColorChoice| {
+        if ui.selectable_label(now == Some(&choice), name).clicked() {
+            out.push(Command::View(ViewCommand::LookThrough(Some(choice))));
+        }
+    };
+    let is_shown = |display: &&DisplayNames| begin.display.as_ref() == Some(&display.name);
+    if let Some(display) = names.displays.iter().find(is_shown) {
+        heading_ui(ui, &display.name);
+        for view in &display.views {
+            let view = Some(view.clone());
+            let choice = ColorChoice {
+                view,
+                ..begin.clone()
+            };
+            choose(
+                ui,
+                choice.view.clone().as_deref().unwrap_or_default(),
+                choice,
+            );
+        }
+    }
+    if names.displays.len() > 1 {
+        heading_ui(ui, "Display");
+        for display in &names.displays {
+            choose(ui, &display.name, on(display, &begin));
+        }
+    }
+    if !names.looks.is_empty() {
+        heading_ui(ui, "Look");
+        let with = |look: Option<&String>| ColorChoice {
+            look: look.cloned(),
+            ..begin.clone()
+        };
+        choose(ui, "That of the view", with(None));
+        for look in &names.looks {
+            choose(ui, look, with(Some(look)));
+        }
+    }
+}
+
+fn heading_ui(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
+}
+
+/// The view to begin with: the first of the first display.
+fn first(names: &ConfigNames) -> Option<ColorChoice> {
+    let display = names.displays.first()?;
+    Some(ColorChoice {
+        display: Some(display.name.clone()),
+        view: Some(display.views.first()?.clone()),
+        ..ColorChoice::default()
+    })
+}
+
+/// The same view on another display, or its first if it has no such view.
+fn on(display: &DisplayNames, now: &ColorChoice) -> ColorChoice {
+    let same = (display.views.iter()).find(|view| now.view.as_ref() == Some(view));
+    ColorChoice {
+        display: Some(display.name.clone()),
+        view: same.or_else(|| display.views.first()).cloned(),
+        ..now.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_display_keeps_the_view_that_it_has_and_the_look() {
+        let display = |name: &str, views: &[&str]| DisplayNames {
+            name: name.to_owned(),
+            views: views.iter().map(|&view| view.to_owned()).collect(),
+        };
+        let displays = vec![
+            display("Monitor", &["Film", "Raw"]),
+            display("Hall", &["Print", "Raw"]),
+        ];
+        let names = ConfigNames {
+            displays: displays.clone(),
+            ..ConfigNames::default()
+        };
+        let film = first(&names).unwrap();
+        assert_eq!(
+            (film.display.as_deref(), film.view.as_deref()),
+            (Some("Monitor"), Some("Film"))
+        );
+        let look = Some("warm".to_owned());
+        let warm = ColorChoice {
+            look: look.clone(),
+            ..film
+        };
+        assert_eq!(on(&displays[1], &warm).view.as_deref(), Some("Print"));
+        let raw = ColorChoice {
+            view: Some("Raw".to_owned()),
+            ..warm
+        };
+        let moved = on(&displays[1], &raw);
+        assert_eq!((moved.view.as_deref(), moved.look), (Some("Raw"), look));
+        assert_eq!(first(&ConfigNames::default()), None);
+    }
+}
