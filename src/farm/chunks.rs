@@ -108,7 +108,7 @@ mod tests {
         }
         let most = usize::MAX;
         for (text, within) in [
-            (format!("0-{most}"), (0, most)),
+            (format!("1-{most}"), (1, most)),
             (format!("{most}+{most}"), (most, 7)),
         ] {
             let span: FrameSpan = text.parse().unwrap();

@@ -267,7 +267,7 @@ fn a_job_has_the_keys_the_lights_and_the_effects_of_its_look() {
     assert_eq!(
         ground.write_job(
             "smooth",
-            "b.png",
+            "b%d.png",
             &[&smooth[..], &["--frames", "2-7"]].concat()
         )["chunk"],
         6
@@ -320,8 +320,7 @@ fn what_other_programs_open_is_written_once_all_frames_are_there() {
         );
     }
     // What cannot be opened is refused before anything is written.
-    let asked =
-        "farm;my film;--environment;nave;--hand-over;nuke;--to;none;--output;a.exr;--engine;slurm";
+    let asked = "farm;my film;--environment;nave;--hand-over;nuke;--to;none;--output;a%d.exr;--engine;slurm";
     let said = fail(ground.path(), &asked.split(';').collect::<Vec<_>>());
     assert!(said.contains("--layers"), "{said}");
     assert!(!ground.at("none").exists());
