@@ -25,7 +25,7 @@ pub struct Training {
 /// Writes a job that trains each of `projects` in each of these ways, from where it stands or, with `fresh`, from the start.
 ///
 /// # Errors
-/// When a project is not calibrated, the job's folder holds something, or files cannot be written.
+/// When a project is not calibrated, a network cannot have the asked shape, the job's folder holds something, or files cannot be written.
 pub fn write_training(
     projects: &[Project],
     trainings: &[Training],
@@ -34,6 +34,10 @@ pub fn write_training(
     for project in projects {
         project.check_shoot()?;
         Calibration::load(project)?;
+        // What cannot be is said here, not by each worker.
+        for training in trainings {
+            training.settings.config.network(project).check()?;
+        }
     }
     let job = new_folder(&farm.job)?;
     let mut tasks = Vec::with_capacity(projects.len() * trainings.len());

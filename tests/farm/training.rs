@@ -75,7 +75,7 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
 #[test]
 fn a_rung_that_a_farm_trained_comes_home_with_its_own_shape_of_network() {
     let ground = Ground::new();
-    let write = "farm-train;my film;--epochs;1;--device;cpu;--rung;width=12;--rung;width=12,most-channels=16;--engine;openjd;--to;\
+    let write = "farm-train;my film;--epochs;1;--device;cpu;--rung;width=16;--rung;width=16,most-channels=32;--engine;openjd;--to;\
                  rungs;--json";
     let written = succeed(ground.path(), &write.split(';').collect::<Vec<_>>());
     assert_eq!(written["tasks"], 2);
@@ -84,7 +84,7 @@ fn a_rung_that_a_farm_trained_comes_home_with_its_own_shape_of_network() {
     let names: Vec<&str> = tasks.iter().map(|t| t["name"].as_str().unwrap()).collect();
     assert_eq!(
         names,
-        ["my film width=12", "my film width=12,most-channels=16"]
+        ["my film width=16", "my film width=16,most-channels=32"]
     );
     let shape = |checkpoints: &Value| checkpoints["present"]["network"].clone();
     let list = || succeed(ground.path(), &["checkpoints", "my film", "--json"]);
@@ -120,4 +120,9 @@ fn a_rung_that_a_farm_trained_comes_home_with_its_own_shape_of_network() {
         &["checkpoints", "my film", "--adopt", &other],
     );
     assert!(said.contains("rungs"), "{said}");
+    // A shape that no network has is refused before anything is written.
+    let odd = "farm-train;my film;--rung;width=12;--engine;slurm;--to;odd";
+    let said = fail(ground.path(), &odd.split(';').collect::<Vec<_>>());
+    assert!(said.contains("multiples of 8"), "{said}");
+    assert!(!ground.at("odd").exists());
 }
