@@ -41,6 +41,7 @@ impl JobReport {
     /// Where the job is and how it is submitted.
     pub fn sentence(&self) -> String {
         let what = match self.chunk {
+            Some(_) if self.chunks == 1 => format!("{} frames in one chunk", self.tasks),
             Some(chunk) => format!("{} frames in {} chunks of {chunk}", self.tasks, self.chunks),
             None => format!("{} trainings", self.tasks),
         };
