@@ -2,6 +2,7 @@
 
 mod program;
 
+use afterlight::imaging::file::read_encoded;
 use program::{afterlight, fail, succeed};
 use serde_json::Value;
 use std::path::Path;
@@ -493,7 +494,8 @@ fn keys_of_a_file_are_followed(at: &Path) {
         let cpu = format!("--device cpu {options}");
         let arguments: Vec<&str> = cpu.split(' ').collect();
         relit(at, &arguments);
-        std::fs::read(at.join("one.0001.png")).unwrap()
+        // The file also says what it was made of.
+        read_encoded(&at.join("one.0001.png")).unwrap()
     };
     let light = |azimuth: i32| format!("--light {azimuth},20,30,3");
     let moving = picture(&format!("--keys moving.json {}", light(40)));

@@ -77,7 +77,7 @@ impl<'a> Look<'a> {
             self.project,
             &self.environment,
             self.settings,
-            self.frames.0,
+            (self.front, self.frames.0),
             &self.colors,
         )
     }

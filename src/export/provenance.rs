@@ -6,9 +6,11 @@ use super::relight::RelightSettings;
 use super::still::PROVENANCE;
 use base::error::{Error, Result};
 use base::files::open;
+use color_config::ColorChoice;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};
 use light::Environment;
+use light::conventions::Front;
 use project::{Picture, Project, Shoot};
 use scene::Scene;
 use std::io::BufReader;
@@ -26,7 +28,8 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// Of an export whose first frame is `first`: its light sets the level of all. `colors` is what a configuration makes of light.
+    /// Of an export whose first frame is `first`: its light sets the level of all. `front` is which way is front in the environment,
+    /// as it was asked for or as the project knows it. `colors` is what a configuration makes of light.
     ///
     /// # Errors
     /// When calibration, network or look-up table cannot be read.
@@ -34,7 +37,7 @@ impl Provenance {
         project: &Project,
         environment: &Environment,
         asked: &RelightSettings,
-        first: usize,
+        (front, first): (Front, usize),
         colors: &str,
     ) -> Result<Self> {
         let settings = &project.settings;
@@ -70,6 +73,7 @@ impl Provenance {
             existing: super::Existing::default(),
             resume: false,
             lut: None,
+            ocio: ColorChoice::default(),
             ..asked.files.clone()
         };
         written.text(&format!("{plain:?} {first}"));
@@ -86,7 +90,7 @@ impl Provenance {
             made_of,
             network,
             lit_by,
-            look(asked)
+            look(asked, front)
         );
         Ok(Self {
             common,
@@ -111,11 +115,11 @@ impl Provenance {
 }
 
 /// Of how an export is to look, whichever of its frames: what is animated counts as a whole.
-fn look(asked: &RelightSettings) -> Hash {
+fn look(asked: &RelightSettings, front: Front) -> Hash {
     let mut look = Hash::default();
     look.text(&format!(
         "{:?} {:?} {} {:?} {:?} {:?}",
-        asked.front, asked.yaw_deg, asked.turntable, asked.animation, asked.solo, asked.lighting
+        front, asked.yaw_deg, asked.turntable, asked.animation, asked.solo, asked.lighting
     ));
     look.text(&format!(
         "{:?} {:?} {:?}",

@@ -84,7 +84,10 @@ fn a_rung_that_a_farm_trained_comes_home_with_its_own_shape_of_network() {
     let names: Vec<&str> = tasks.iter().map(|t| t["name"].as_str().unwrap()).collect();
     assert_eq!(
         names,
-        ["my film width=16", "my film width=16,most-channels=32"]
+        [
+            "virtual stage width=16",
+            "virtual stage width=16,most-channels=32"
+        ]
     );
     let shape = |checkpoints: &Value| checkpoints["present"]["network"].clone();
     let list = || succeed(ground.path(), &["checkpoints", "my film", "--json"]);
