@@ -386,6 +386,10 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
     }
 }
 
+/// Height of the buttons that export, and what the one for a farm takes of their row, in points.
+const ADD: f32 = 28.0;
+const SEND: f32 = 124.0;
+
 fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let environment = context.environment().map(|entry| &entry.panorama);
     let obstacle = context
@@ -402,18 +406,23 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
     ui.add_space(2.0);
     let add = Button::new((icons::QUEUE, "Add to queue")).fill(theme::PRIMARY);
-    let size = vec2(ui.available_width(), 28.0);
     let enabled = obstacle.is_none();
-    let response = ui
-        .add_enabled_ui(enabled, |ui| ui.add_sized(size, add))
-        .inner;
+    let row = ui.horizontal(|ui| {
+        ui.spacing_mut().interact_size.y = ADD;
+        let size = vec2(ui.available_width() - SEND, ADD);
+        let response = ui
+            .add_enabled_ui(enabled, |ui| ui.add_sized(size, add))
+            .inner;
+        ui.add_enabled_ui(enabled, |ui| farm_ui(ui, out));
+        response
+    });
+    let response = row.inner;
     response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, "Add to queue"));
     let response =
         response.on_hover_text("Exports the picture with its current settings. Key: Ctrl+Enter");
     if response.clicked() {
         out.push(Command::Export(ExportCommand::Add));
     }
-    ui.add_enabled_ui(enabled, |ui| farm_ui(ui, out));
     if let Some(obstacle) = obstacle {
         let down = Layout::top_down(Align::Min);
         ui.with_layout(down, |ui| {
