@@ -559,7 +559,7 @@ fn fronts_are_yaws_and_are_remembered(at: &Path) {
         arguments.extend(["--frames", "2-2", "--to", "front.png", "--json"]);
         arguments.extend(options);
         succeed(at, &arguments);
-        std::fs::read(at.join("front.png")).unwrap()
+        read_encoded(&at.join("front.png")).unwrap()
     };
     let plain = picture("yard.exr", &[]);
     let turned = picture("yard.exr", &["--yaw", "90"]);
