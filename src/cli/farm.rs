@@ -16,7 +16,7 @@ use worker::Job;
 /// The job has a snapshot of the project, so that work on it can go on.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: afterlight farm interview --environment courtyard.hdr --output relit.mov --engine slurm --to /farm/interview",
+    after_help = "Example: afterlight farm interview --environment courtyard.hdr --output relit.mov --engine slurm --to jobs/interview",
     // Here --to is the job; --resume is what chunks always do.
     mut_arg("to", |arg| arg.long("output").value_name("FILE").help(
         "What the job makes: stills as out.%04d.png, .tif or .exr, a movie as clip.mp4, .mov, .mkv or .mxf"
@@ -58,7 +58,7 @@ impl FarmArgs {
 /// Each task trains a copy of its project; `afterlight checkpoints PROJECT --adopt DIR` takes the result home.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: afterlight farm-train monday tuesday --preset paper --engine slurm --to /farm/training"
+    after_help = "Example: afterlight farm-train monday tuesday --preset paper --engine slurm --to jobs/training"
 )]
 pub struct FarmTrainArgs {
     /// The projects' folders.
@@ -106,7 +106,7 @@ impl FarmTrainArgs {
 
 /// Do a part of a farm's job: relight frames, or train one network. It can be run again at any time.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: afterlight farm-chunk /farm/interview --frames 500-749")]
+#[command(after_help = "Example: afterlight farm-chunk jobs/interview --frames 500-749")]
 pub struct FarmChunkArgs {
     /// The job's folder.
     job: PathBuf,
@@ -146,7 +146,7 @@ impl FarmChunkArgs {
 
 /// End a farm's job: check every frame, then make the movie with sound and time code. Names what has to be run again.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: afterlight farm-assemble /farm/interview")]
+#[command(after_help = "Example: afterlight farm-assemble jobs/interview")]
 pub struct FarmAssembleArgs {
     /// The job's folder.
     job: PathBuf,
