@@ -18,6 +18,7 @@ fn frames(app: &StudioApp, of: Setting) -> Vec<f64> {
 fn go(window: &mut Window, key: Key, frame: usize) {
     window.key_press(key);
     until(window, "the frame", |app| app.state().frame == frame);
+    until_shown(window);
 }
 
 #[test]
