@@ -406,7 +406,6 @@ fn configurations_decide_colors(at: &Path) {
     assert!(String::from_utf8_lossy(&listed).contains("scene_linear = ACEScg"));
 }
 
-/// Which way is front in a file is a yaw of its content, said for once or remembered in the project.
 /// Relights one frame; what is said of it.
 fn relit(at: &Path, arguments: &[&str]) -> String {
     let frame = "relight film --environment nave --frames 1-1 --to one.%04d.png --profile";
@@ -552,6 +551,7 @@ fn kernels_are_timed_once(at: &Path) {
     }
 }
 
+/// Which way is front in a file is a yaw of its content, said for once or remembered in the project.
 fn fronts_are_yaws_and_are_remembered(at: &Path) {
     let yard = image::Rgb32FImage::from_fn(64, 32, |x, y| {
         image::Rgb([if x < 20 && y < 16 { 9.0 } else { 0.3 }; 3])

@@ -4,6 +4,9 @@
 use afterlight::cli::Cli;
 use afterlight::evaluation::review::{Marks, Means, Metric, Review};
 use afterlight::export::TimeCode;
+use afterlight::export::relight::RelightSettings;
+use afterlight::farm::{self, ChunkSettings, Engine, FarmSettings};
+use afterlight::progress::Progress;
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, CheckpointInfo, TrainingState};
 use afterlight::reflectance::{Formulation, Normalization, Precision, Statistics, UNetConfig};
@@ -14,6 +17,7 @@ use burn::tensor::Device;
 use clap::Parser;
 use fuzz::{Outcome, Target};
 use std::path::Path;
+use test_shoot::TestShoot;
 use test_support::shown;
 
 #[global_allocator]
@@ -215,6 +219,51 @@ fn feature_weights_of_any_content_are_loaded_or_refused() {
         danger: "a crash, all memory taken, a program in them that is run",
         done: "nothing in them is run; sizes must fit the file",
         bound: "4 GiB at once", measured: format!("{first}; {second}"));
+}
+
+#[derive(Parser)]
+struct Asked {
+    #[command(flatten)]
+    settings: RelightSettings,
+}
+
+#[test]
+fn a_farm_s_job_of_any_content_is_run_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let shoot = TestShoot {
+        frames: 2,
+        lamps: 2,
+        ..TestShoot::default()
+    };
+    let (project, _) = shoot.calibrate(folder.path(), "project");
+    save_checkpoint(&project.checkpoint_path());
+    let job = folder.path().join("job");
+    let to = folder.path().join("%02d.exr").display().to_string();
+    let asked = ["farm", "--environment", "nave", "--to", &to];
+    let settings = Asked::try_parse_from(asked).unwrap().settings;
+    let chunks = ChunkSettings {
+        chunk: Some(1),
+        ..ChunkSettings::default()
+    };
+    let farm = FarmSettings::new(Engine::Slurm, job.clone());
+    let silent = Progress::silent();
+    farm::write_job(&project, &settings, &farm, &chunks, &silent).unwrap();
+    let path = job.join("job.json");
+    let seed = std::fs::read(&path).unwrap();
+    // No frame is there: what can be said of a job that is understood is which have to be written.
+    let read = |path: &Path| {
+        let said = farm::assemble(&job, None, &silent).unwrap_err().to_string();
+        match said.contains("have to be written again: ") {
+            true => Ok(()),
+            // Settings lead to other files too.
+            false => Err(format!("{}: {said}", path.display())),
+        }
+    };
+    let measured = fuzz::run!(Target::of_text("job", path, vec![seed]), read);
+    shown!(Strangers, "A farm's `job.json` of any content",
+        danger: "a worker that crashes, or writes outside of the job",
+        done: "names are those of files within the job, frames those of the interview; all else is an error that names the file",
+        bound: "4 GiB at once", measured: measured);
 }
 
 #[test]

@@ -189,7 +189,9 @@ impl CheckArgs {
         let count = |count: usize, what: &str| {
             format!("{count} {what}{}", if count == 1 { "" } else { "s" })
         };
-        match (faults, remarks) {
+        // What a shot need not have, or may have, is said and no more.
+        let open = |remark: &&Remark| !["layers", "data_window"].contains(&&*remark.kind);
+        match (faults, remarks.iter().find(open)) {
             ([first, ..], _) => Err(Error::invalid(
                 format!(
                     "{shot} has {}. The first: {}",
@@ -198,8 +200,8 @@ impl CheckArgs {
                 ),
                 "Export the frames again that are named, and check the shot again",
             )),
-            ([], [first, ..]) if self.strict => Err(Error::invalid(
-                format!("of {shot} is not known: {}", first.sentence),
+            ([], Some(open)) if self.strict => Err(Error::invalid(
+                format!("{shot} could not be checked wholly. {}", open.sentence),
                 "Check without --strict if that is meant so",
             )),
             _ => Ok(()),

@@ -1,11 +1,10 @@
 //! `afterlight farm`, and what its workers run.
 
 use super::OutputArgs;
-use super::relight::Keys;
+use super::relight::ExportArgs;
 use super::train::TrainingArgs;
 use base::error::Result;
 use clap::Args;
-use export::relight::RelightSettings;
 use farm::{ChunkSettings, FarmSettings, FrameSpan, Training};
 use gpu::DeviceChoice;
 use std::path::PathBuf;
@@ -31,9 +30,7 @@ pub struct FarmArgs {
     #[command(flatten)]
     chunks: ChunkSettings,
     #[command(flatten)]
-    settings: RelightSettings,
-    #[command(flatten)]
-    keys: Keys,
+    export: ExportArgs,
     #[command(flatten)]
     pub output: OutputArgs,
 }
@@ -46,7 +43,7 @@ impl FarmArgs {
     pub fn job(self) -> Result<Job> {
         Ok(Job::Farm {
             project: self.project,
-            settings: Box::new(self.keys.apply(self.settings)?),
+            settings: Box::new(self.export.settings()?),
             farm: self.farm,
             chunks: self.chunks,
         })

@@ -5,7 +5,7 @@ use super::console::{Console, print};
 use base::error::{Error, Result};
 use clap::Args;
 use color_config::ColorChoice;
-use project::{Lock, Project};
+use project::Project;
 use std::path::{Path, PathBuf};
 
 /// List displays, views, looks, roles and colour spaces of an OpenColorIO configuration: the one that is named, the project's,
@@ -42,7 +42,7 @@ impl OcioArgs {
             let chosen = (chosen != Path::new("none")).then_some(&**chosen);
             // What cannot be read is not chosen.
             let opened = chosen.map(color_config::ColorConfig::open).transpose()?;
-            let _lock = Lock::take(root, "afterlight ocio")?;
+            // Merged with what others change meanwhile: a window that is open on the project goes on.
             Project::change(root, |project| project.set_color_config(chosen))?;
             if opened.is_none() {
                 return match self.output.json {

@@ -20,16 +20,17 @@ pub struct RelightArgs {
     /// The project's folder.
     project: PathBuf,
     #[command(flatten)]
-    settings: RelightSettings,
-    #[command(flatten)]
-    keys: Keys,
+    export: ExportArgs,
     #[command(flatten)]
     pub output: OutputArgs,
 }
 
-/// What a command line says in another way than the window: keyframes, the background, existing files.
+/// An export. What a command line says in another way than the window comes behind the settings: keyframes, the background,
+/// existing files.
 #[derive(Debug, Args)]
-pub struct Keys {
+pub struct ExportArgs {
+    #[command(flatten)]
+    settings: RelightSettings,
     /// Keyframes of any settings: a JSON object of their names and keys, as `keys` in a project's look.json. Lights have
     /// the numbers 1, 2, … in the order of --light.
     #[arg(long, value_name = "FILE")]
@@ -59,17 +60,18 @@ impl RelightArgs {
     pub fn job(self) -> Result<Job> {
         Ok(Job::Relight {
             project: self.project,
-            settings: Box::new(self.keys.apply(self.settings)?),
+            settings: Box::new(self.export.settings()?),
         })
     }
 }
 
-impl Keys {
-    /// The settings with these.
+impl ExportArgs {
+    /// The settings with everything else.
     ///
     /// # Errors
     /// When the keys cannot be read or are too large.
-    pub fn apply(self, mut settings: RelightSettings) -> Result<RelightSettings> {
+    pub fn settings(self) -> Result<RelightSettings> {
+        let mut settings = self.settings;
         let interpolation = if self.linear_keys {
             Interpolation::Linear
         } else {

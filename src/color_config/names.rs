@@ -41,6 +41,8 @@ pub struct SpaceName {
     pub family: String,
     /// Whether it says that it is linear light of a scene.
     pub is_scene_linear: bool,
+    /// Whether it is for numbers that are no colours.
+    pub is_data: bool,
 }
 
 impl ConfigNames {
@@ -61,6 +63,7 @@ impl ConfigNames {
                 family: space.family().to_owned(),
                 is_scene_linear: space.encoding().eq_ignore_ascii_case("scene-linear")
                     && space.reference_space_type() == ReferenceSpaceType::Scene,
+                is_data: space.is_data(),
             })
         });
         Self {

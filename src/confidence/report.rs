@@ -347,14 +347,14 @@ impl ConfidenceReport {
             let quarters = judged.quarters.iter().filter(|quarter| quarter.cells > 0);
             let quarters = quarters.map(|quarter| {
                 format!(
-                    "{:.0} % of those within {:.1} % of white",
-                    100.0 * quarter.within[0],
-                    100.0 * quarter.said[1]
+                    "at most {:.1} % of white, {:.0} %",
+                    100.0 * quarter.said[1],
+                    100.0 * quarter.within[0]
                 )
             });
             text += &format!(
-                "\nOf parts said to be usually within an error, so many are: {}",
-                quarters.collect::<Vec<_>>().join(", ")
+                "\nParts within the error that was expected of them, by quarters. Where it was {}",
+                quarters.collect::<Vec<_>>().join("; ")
             );
         }
         if !self.missing.is_empty() {

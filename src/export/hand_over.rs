@@ -1,6 +1,19 @@
 //! The programs that an exported shot goes on to.
 
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// What a report's sentence says of the files that were written for other programs; "" without any.
+pub fn handed_over(files: &[PathBuf]) -> String {
+    let files: Vec<String> = files
+        .iter()
+        .map(|file| file.display().to_string())
+        .collect();
+    match &files[..] {
+        [] => String::new(),
+        files => format!(". To hand over: {}", files.join(", ")),
+    }
+}
 
 /// A program, or kind of programs, that opens an exported shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]

@@ -84,16 +84,14 @@ fn flaw(file: &Path, wanted: &str, has_layers: bool) -> Option<Flaw> {
     match provenance_of(file) {
         // A file that is cut within its header says nothing either.
         None if check_whole(file).is_err() => Some(Flaw::Broken),
-        Some(made_of) if made_of == wanted => {
-            let whole = check_whole(file).and_then(|()| match has_layers {
-                // Layers may be files of their own.
-                true => rebuilt(file).map(drop),
-                false => Ok(()),
-            });
-            whole.is_err().then_some(Flaw::Broken)
-        }
+        Some(made_of) if made_of == wanted => (!is_whole(file, has_layers)).then_some(Flaw::Broken),
         _ => Some(Flaw::MadeOfOther),
     }
+}
+
+/// Whether a frame can be read to its end, with its light layers if it has to have them: they may be files of their own.
+pub(super) fn is_whole(file: &Path, has_layers: bool) -> bool {
+    check_whole(file).is_ok() && (!has_layers || rebuilt(file).is_ok())
 }
 
 /// Where an export's frames are.

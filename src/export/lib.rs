@@ -45,7 +45,7 @@ pub use destination::{Destination, Stills, untaken};
 pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, Samples};
 pub use footage_print::footage_print;
 pub use format::{Bits, Existing, Files, Format, MovieAlpha, PixelBits};
-pub use hand_over::HandOver;
+pub use hand_over::{HandOver, handed_over};
 pub use interview::{Interview, Source};
 pub use join::{Flaw, FlawedFrame, flawed_frames, join_movie};
 pub use layers::{LightLayer, LightLayers, ListedLayer, beside};

@@ -2,6 +2,7 @@
 
 use super::footage_print::FootagePrints;
 use super::format::Files;
+use super::look::sources;
 use super::relight::RelightSettings;
 use super::still::PROVENANCE;
 use base::error::{Error, Result};
@@ -77,6 +78,11 @@ impl Provenance {
             ..asked.files.clone()
         };
         written.text(&format!("{plain:?} {first}"));
+        // The first frame's light sets the level of all.
+        let footage = FootagePrints::default();
+        for picture in sources(project, first) {
+            written.text(&footage.of(&picture));
+        }
         if let Some(table) = &asked.files.lut {
             written.bytes(&read(table)?);
         }
@@ -95,7 +101,7 @@ impl Provenance {
         Ok(Self {
             common,
             files: written.0,
-            footage: FootagePrints::default(),
+            footage,
         })
     }
 
@@ -122,8 +128,8 @@ fn look(asked: &RelightSettings, front: Front) -> Hash {
         front, asked.yaw_deg, asked.turntable, asked.animation, asked.solo, asked.lighting
     ));
     look.text(&format!(
-        "{:?} {:?} {:?}",
-        asked.effects, asked.exposure_stops, asked.background
+        "{:?} {:?} {:?} {:?}",
+        asked.effects, asked.exposure_stops, asked.background, asked.storage
     ));
     look
 }

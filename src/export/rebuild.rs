@@ -152,7 +152,7 @@ impl Rebuild {
 
     /// Whether no more is missing than half floats round away.
     pub fn is_exact(&self) -> bool {
-        self.residual <= ROUNDING * self.brightest
+        self.residual.is_finite() && self.residual <= ROUNDING * self.brightest
     }
 
     /// Share of the brightest light that is missing.

@@ -5,6 +5,7 @@ use super::codec::{Codec, Container};
 use super::colors::{Encoding, check_config, check_linear};
 use super::format::{Bits, Existing, Files, MovieAlpha};
 use super::interview::Interview;
+use super::join::is_whole;
 use super::layers::LightLayers;
 use super::movie_frames::MovieFrames;
 use super::provenance::provenance_of;
@@ -13,7 +14,6 @@ use super::relight::Part;
 use super::scaled::{fitted, scaled};
 use super::sound::Sound;
 use super::still::{About, write_still};
-use super::whole::check_whole;
 use super::{ClipWriter, Destination, untaken};
 use base::error::{Error, Result};
 use base::files::remove_left_over;
@@ -225,7 +225,7 @@ impl Writer {
         };
         let same = self.goes_on
             && provenance_of(&path).as_deref() == Some(made_of)
-            && check_whole(&path).is_ok();
+            && is_whole(&path, self.files.layers);
         self.done += usize::from(same);
         same
     }

@@ -1,6 +1,6 @@
 //! The job's end: every frame is looked at, and the movie made.
 
-use super::chunk::FRAMES;
+use super::chunk::{FRAMES, frame_bytes};
 use super::chunks::spans;
 use super::job::Job;
 use super::record::Record;
@@ -8,7 +8,7 @@ use super::shell::quoted;
 use base::error::{Error, Result};
 use base::files::write_beside;
 use base::progress::Progress;
-use export::{Flaw, FlawedFrame, flawed_frames, join_movie};
+use export::{Flaw, FlawedFrame, flawed_frames, handed_over, join_movie};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ pub struct AssembleReport {
     pub again: Vec<String>,
     /// Seconds of all workers together, as far as chunks recorded them.
     pub worker_seconds: f64,
-    /// Bytes of all frames.
+    /// Bytes of all frames, without light layers that are files of their own.
     pub frame_bytes: u64,
     pub chunks: Vec<Record>,
 }
@@ -39,13 +39,7 @@ pub struct AssembleReport {
 impl AssembleReport {
     /// What came of it, in a sentence.
     pub fn sentence(&self) -> String {
-        let files: Vec<String> = (self.hand_over.iter())
-            .map(|file| file.display().to_string())
-            .collect();
-        let handed_over = match &files[..] {
-            [] => String::new(),
-            files => format!(". To hand over: {}", files.join(", ")),
-        };
+        let handed_over = handed_over(&self.hand_over);
         format!(
             "All {} frames are there, whole and of this job: {}. The workers took {:.1} s together{handed_over}",
             self.frames,
@@ -81,7 +75,7 @@ pub fn assemble(
             .collect(),
         flawed,
         worker_seconds: chunks.iter().map(|chunk| chunk.seconds).sum(),
-        frame_bytes: chunks.iter().map(|chunk| chunk.bytes).sum(),
+        frame_bytes: frame_bytes(&work.settings.files.to, work.frames, folder)?,
         chunks,
     };
     if !report.flawed.is_empty() {

@@ -13,7 +13,7 @@ use gpu::DeviceChoice;
 use project::Picture;
 use serde::Serialize;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Between two looks at whether the other worker has ended.
@@ -77,10 +77,12 @@ pub fn run_chunk(
         frames: frames.within(work.frames.1),
         folder: folder.join(FRAMES),
     };
-    let _lock = lock(folder, part.frames, progress)?;
     let begun = started.elapsed();
+    let _lock = lock(folder, part.frames, progress)?;
+    // Waiting for another worker is no work.
+    let waited = started.elapsed() - begun;
     let report = relight_part(&project, &work.settings, &part, progress)?;
-    let seconds = started.elapsed().as_secs_f64();
+    let seconds = (started.elapsed() - waited).as_secs_f64();
     let relit = (report.frames - report.kept) as f64;
     let record = Record {
         frames: part.frames,
@@ -88,30 +90,31 @@ pub fn run_chunk(
         seconds,
         start_seconds: (seconds - relit * report.ms_per_frame / 1e3).max(begun.as_secs_f64()),
         stages: report.stages,
-        bytes: files(&work.settings.files.to, &part)?
-            .filter_map(|file| file.metadata().ok())
-            .map(|data| data.len())
-            .sum(),
+        bytes: frame_bytes(&work.settings.files.to, part.frames, folder)?,
         device: report.device,
         machine: Machine::this(),
     };
-    record.save(folder)?;
+    // What the frames took when they were made stays told.
+    if relit > 0.0 || !record::path(folder, part.frames, "json").exists() {
+        record.save(folder)?;
+    }
     Ok(ChunkReport {
         record,
         output: report.output,
     })
 }
 
-/// The files of a part's frames.
-fn files(to: &str, part: &Part) -> Result<Box<dyn Iterator<Item = PathBuf>>> {
-    let (first, last) = part.frames;
-    let folder = part.folder.clone();
-    Ok(match Destination::parse(to)? {
-        Destination::Clip(_) => {
-            Box::new((first..=last).map(move |frame| export::movie_frame(&folder, frame)))
-        }
-        stills => Box::new((first..=last).filter_map(move |f| stills.files(f, f).next())),
-    })
+/// Bytes of frames `first` to `last` of the job in `folder`, as far as they are there.
+pub(crate) fn frame_bytes(to: &str, (first, last): (usize, usize), folder: &Path) -> Result<u64> {
+    let destination = Destination::parse(to)?;
+    let frames = folder.join(FRAMES);
+    let file = |frame| match &destination {
+        Destination::Clip(_) => Some(export::movie_frame(&frames, frame)),
+        stills => stills.files(frame, frame).next(),
+    };
+    let files = (first..=last).filter_map(file);
+    let found = files.filter_map(|file| file.metadata().ok());
+    Ok(found.map(|data| data.len()).sum())
 }
 
 /// Waits until no other worker is at these frames, where the disk can tell: what it has finished is kept then. Where it

@@ -5,6 +5,7 @@ use super::program::{Program, sha256};
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
 use export::relight::RelightSettings;
+use gpu::DeviceChoice;
 use project::Project;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
@@ -163,6 +164,40 @@ impl Job {
     }
 }
 
+impl TrainTask {
+    /// Where nothing else of the job in `folder` is trained.
+    ///
+    /// # Errors
+    /// When it is not within the job.
+    pub(crate) fn root(&self, folder: &Path) -> Result<PathBuf> {
+        inside(folder, &self.folder)
+    }
+
+    /// Where the network of all these is to be trained: they are written with one choice.
+    pub(crate) fn device(tasks: &[Self]) -> DeviceChoice {
+        tasks
+            .first()
+            .map_or(DeviceChoice::Auto, |task| task.settings.device)
+    }
+}
+
+/// What `name` is within a job's `folder`.
+///
+/// # Errors
+/// When it leads out of it.
+fn inside(folder: &Path, name: &Path) -> Result<PathBuf> {
+    let is_inside = |part| matches!(part, Component::Normal(_));
+    if name.components().all(is_inside) {
+        return Ok(folder.join(name));
+    }
+    Err(Error::codec(
+        "read",
+        folder.join(NAME),
+        format!("{name:?} is no file of the job"),
+        REMEDY,
+    ))
+}
+
 impl PinnedFile {
     /// Of the file `name` in the job's folder, as it is now.
     ///
@@ -180,12 +215,7 @@ impl PinnedFile {
     }
 
     fn check(&self, folder: &Path) -> Result<()> {
-        let is_inside = |part| matches!(part, Component::Normal(_));
-        if !self.name.components().all(is_inside) {
-            let problem = format!("{:?} is no file of the job", self.name);
-            return Err(Error::invalid(problem, REMEDY));
-        }
-        let path = folder.join(&self.name);
+        let path = inside(folder, &self.name)?;
         let found = sha256(&path).map_err(|e| Error::io("read", &path, e, REMEDY))?;
         if found == (self.bytes, self.sha256.clone()) {
             return Ok(());

@@ -3,7 +3,7 @@
 
 use super::job::{RelightWork, TrainTask};
 use super::settings::FarmSettings;
-use super::shell::quoted;
+use super::shell::{quoted, word};
 use base::error::{Error, Result};
 use base::files::write_beside;
 use gpu::DeviceChoice;
@@ -90,9 +90,7 @@ pub(crate) fn write_training(
     farm: &FarmSettings,
     tasks: &[TrainTask],
 ) -> Result<String> {
-    let device = tasks
-        .first()
-        .map_or(DeviceChoice::Auto, |task| task.settings.device);
+    let device = TrainTask::device(tasks);
     let template = json!({
         "specificationVersion": "jobtemplate-2023-09",
         "name": job_name(name),
@@ -125,14 +123,6 @@ fn save(job: &Path, template: &Value) -> Result<String> {
 fn shoot(job: &Path) -> Result<String> {
     let copy = project::Project::open(&job.join(super::job::SNAPSHOT))?;
     Ok(copy.settings.shoot.folder.display().to_string())
-}
-
-fn word(device: DeviceChoice) -> &'static str {
-    match device {
-        DeviceChoice::Auto => "auto",
-        DeviceChoice::Cpu => "cpu",
-        DeviceChoice::Gpu => "gpu",
-    }
 }
 
 fn number(name: &str, default: usize, description: &str) -> Value {

@@ -1,5 +1,7 @@
 //! Words of a command line as a shell reads them.
 
+use gpu::DeviceChoice;
+
 /// A word in quotes if it needs any.
 pub(crate) fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
@@ -7,6 +9,15 @@ pub(crate) fn quoted(word: &str) -> String {
         return word.to_owned();
     }
     format!("'{}'", word.replace('\'', r"'\''"))
+}
+
+/// What `--device` is given.
+pub(crate) fn word(device: DeviceChoice) -> &'static str {
+    match device {
+        DeviceChoice::Auto => "auto",
+        DeviceChoice::Cpu => "cpu",
+        DeviceChoice::Gpu => "gpu",
+    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::job::{RelightWork, TrainTask};
 use super::settings::FarmSettings;
-use super::shell::quoted;
+use super::shell::{quoted, word};
 use base::error::{Error, Result};
 use base::files::write_beside;
 use gpu::DeviceChoice;
@@ -26,24 +26,20 @@ pub(crate) fn write(
     let (first, last) = work.frames;
     let (size, device) = (work.chunk, work.settings.device);
     let chunk = format!(
-        "from=$(({first} + task * {size}))\nexec {} farm-chunk . --frames \"$from+{size}\" --device {}\n",
+        "from=$(({first} + task * {size}))\nexec {} farm-chunk \"$PWD\" --frames \"$from+{size}\" --device {}\n",
         quoted(program),
-        match device {
-            DeviceChoice::Auto => "auto",
-            DeviceChoice::Cpu => "cpu",
-            DeviceChoice::Gpu => "gpu",
-        }
+        word(device)
     );
     script(job, "chunk.sh", &task_script(farm, device, "chunk", &chunk))?;
     let assemble = format!(
-        "{}exec >>logs/assemble.log 2>&1\nexec {} farm-assemble .\n",
+        "{}exec >>logs/assemble.log 2>&1\nexec {} farm-assemble \"$PWD\"\n",
         head(farm, DeviceChoice::Cpu),
         quoted(program)
     );
     script(job, "assemble.sh", &assemble)?;
     let chunks = (last - first + 1).div_ceil(size);
     let submit = format!(
-        "{}sbatch --job-name={} --chdir=\"$job\" --output=/dev/null --dependency=\"afterok$ids\" assemble.sh\n",
+        "{}sbatch --job-name={} --chdir=\"$job\" --output=/dev/null --kill-on-invalid-dep=yes --dependency=\"afterok$ids\" assemble.sh\n",
         submit_script(name, "chunk.sh", chunks),
         quoted(&job_name(name))
     );
@@ -62,10 +58,11 @@ pub(crate) fn write_training(
     farm: &FarmSettings,
     tasks: &[TrainTask],
 ) -> Result<String> {
-    let device = tasks
-        .first()
-        .map_or(DeviceChoice::Auto, |task| task.settings.device);
-    let train = format!("exec {} farm-chunk . --task \"$task\"\n", quoted(program));
+    let device = TrainTask::device(tasks);
+    let train = format!(
+        "exec {} farm-chunk \"$PWD\" --task \"$task\"\n",
+        quoted(program)
+    );
     script(job, "train.sh", &task_script(farm, device, "task", &train))?;
     script(
         job,

@@ -7,6 +7,7 @@ use base::error::{Error, Result};
 use base::files::write_beside;
 use base::progress::Progress;
 use export::relight::{RelightSettings, find_environment, frame_range};
+use footage::STAND_IN_REACH;
 use project::{Matte, Picture, Project};
 use reflectance::checkpoint;
 use std::collections::BTreeSet;
@@ -123,8 +124,9 @@ pub(crate) fn take(
         *table = to;
     }
     let (first, last) = frame_range(project, settings.frames)?;
-    // In place of a damaged frame the one before it is shown.
-    let frames = first.saturating_sub(1)..=last;
+    // In place of a damaged frame one near it is shown.
+    let end = project.settings.shoot.frames.len();
+    let frames = first.saturating_sub(STAND_IN_REACH)..(last + 1 + STAND_IN_REACH).min(end);
     link_mattes(
         project,
         &copy,

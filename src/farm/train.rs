@@ -5,7 +5,7 @@ use super::engine::Engine;
 use super::job::{Job, TrainTask, Work};
 use super::settings::FarmSettings;
 use super::snapshot::{copy_network, copy_project, link_mattes};
-use super::write::{JobReport, new_folder, program};
+use super::write::{JobReport, clear, new_folder, program};
 use super::{open_job_description, slurm};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -40,10 +40,20 @@ pub fn write_training(
         }
     }
     let job = new_folder(&farm.job)?;
+    fill(&job, projects, trainings, farm).inspect_err(|_| clear(&job))
+}
+
+/// Writes the job into its folder.
+fn fill(
+    job: &Path,
+    projects: &[Project],
+    trainings: &[Training],
+    farm: &FarmSettings,
+) -> Result<JobReport> {
     let mut tasks = Vec::with_capacity(projects.len() * trainings.len());
     for project in projects {
         for training in trainings {
-            tasks.push(write_task(project, training, &job, tasks.len())?);
+            tasks.push(write_task(project, training, job, tasks.len())?);
         }
     }
     let names: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
@@ -51,15 +61,15 @@ pub fn write_training(
     let program = program(farm)?;
     let submit = match farm.engine {
         Engine::OpenJobDescription => {
-            open_job_description::write_training(&job, &name, &program, farm, &tasks)?
+            open_job_description::write_training(job, &name, &program, farm, &tasks)?
         }
-        Engine::Slurm => slurm::write_training(&job, &name, &program, farm, &tasks)?,
+        Engine::Slurm => slurm::write_training(job, &name, &program, farm, &tasks)?,
     };
     let count = tasks.len();
     // A task changes its copy: nothing is pinned.
-    Job::new(name, Work::Train(tasks), Vec::new())?.save(&job)?;
+    Job::new(name, Work::Train(tasks), Vec::new())?.save(job)?;
     Ok(JobReport {
-        job,
+        job: job.to_path_buf(),
         engine: farm.engine,
         tasks: count,
         chunk: None,
@@ -127,7 +137,7 @@ pub fn run_task(folder: &Path, number: usize, progress: &Progress) -> Result<Tra
             "Ask for one that it has, from 0, or for frames: --frames A-B",
         )
     })?;
-    let root = folder.join(&task.folder);
+    let root = task.root(folder)?;
     let project = Project::open(&root)?;
     let _lock = Lock::take(&root, "training the network")?;
     let calibration = Calibration::load(&project)?;

@@ -11,10 +11,8 @@ use base::progress::Progress;
 use export::relight::{Part, RelightSettings, frame_range, relight_part};
 use export::{Destination, Existing, footage_print, untaken};
 use project::{Picture, Project};
-use scene::Pass;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use tradeoff::Ledger;
 
 /// Frames that are relit to measure what one takes.
 const MEASURED: usize = 3;
@@ -41,8 +39,10 @@ impl JobReport {
     /// Where the job is and how it is submitted.
     pub fn sentence(&self) -> String {
         let what = match self.chunk {
+            Some(_) if self.tasks == 1 => "1 frame".to_owned(),
             Some(_) if self.chunks == 1 => format!("{} frames in one chunk", self.tasks),
             Some(chunk) => format!("{} frames in {} chunks of {chunk}", self.tasks, self.chunks),
+            None if self.tasks == 1 => "1 training".to_owned(),
             None => format!("{} trainings", self.tasks),
         };
         let rate = self.ms_per_frame.map_or(String::new(), |ms| {
@@ -81,7 +81,21 @@ pub fn write_job(
     settings.check()?;
     handover::check(project, &settings)?;
     let job = new_folder(&farm.job)?;
-    let (copy, environment) = snapshot::take(project, &mut settings, &job, progress)?;
+    fill(&job, project, settings, farm, chunks, progress).inspect_err(|_| clear(&job))
+}
+
+/// Writes the job into its folder.
+fn fill(
+    job: &Path,
+    project: &Project,
+    mut settings: RelightSettings,
+    farm: &FarmSettings,
+    chunks: &ChunkSettings,
+    progress: &Progress,
+) -> Result<JobReport> {
+    let (first, last) = frame_range(project, settings.frames)?;
+    let frames = last - first + 1;
+    let (copy, environment) = snapshot::take(project, &mut settings, job, progress)?;
     let movie = match copy.frame_picture(first) {
         Picture::Movie { file, .. } if file.is_file() => Some(
             footage_print(&file)
@@ -89,16 +103,18 @@ pub fn write_job(
         ),
         _ => None,
     };
-    let is_smooth = settings.largest_effects().asks(Pass::Smoothing);
+    let depends = settings.goes_from_frame_to_frame();
     let (chunk, ms_per_frame) = match chunks.chunk {
         // Each frame depends on the one before it: chunks would begin with the first frame each.
-        _ if is_smooth => {
-            progress.say("Brightness is smoothed from frame to frame: all frames are one chunk");
+        _ if depends => {
+            progress.say(
+                "Each frame depends on the one before it (--smoothing, --field compressed): all frames are one chunk",
+            );
             (frames, None)
         }
         Some(chunk) => (chunk.min(frames), None),
         None => {
-            let ms = rate(&copy, project, &settings, &job, progress)?;
+            let ms = rate(&copy, &settings, job, progress)?;
             (chunk_size(ms, chunks.chunk_minutes, frames), Some(ms))
         }
     };
@@ -115,15 +131,15 @@ pub fn write_job(
     let name = &project.settings.name;
     let submit = match farm.engine {
         Engine::OpenJobDescription => {
-            open_job_description::write(&job, name, &program, farm, &work)?
+            open_job_description::write(job, name, &program, farm, &work)?
         }
-        Engine::Slurm => slurm::write(&job, name, &program, farm, &work)?,
+        Engine::Slurm => slurm::write(job, name, &program, farm, &work)?,
     };
-    let pinned = snapshot::pin(&job)?;
+    let pinned = snapshot::pin(job)?;
     // Last: a job without it was not written to its end.
-    Job::new(name.clone(), Work::Relight(Box::new(work)), pinned)?.save(&job)?;
+    Job::new(name.clone(), Work::Relight(Box::new(work)), pinned)?.save(job)?;
     Ok(JobReport {
-        job,
+        job: job.to_path_buf(),
         engine: farm.engine,
         tasks: frames,
         chunk: Some(chunk),
@@ -184,9 +200,23 @@ pub(crate) fn new_folder(folder: &Path) -> Result<PathBuf> {
     Ok(full)
 }
 
-/// The program on the workers, as the engine's files name it.
+/// Empties the folder of a job that could not be written to its end, so that it can be written again.
+pub(crate) fn clear(job: &Path) {
+    for entry in std::fs::read_dir(job).into_iter().flatten().flatten() {
+        let path = entry.path();
+        // What cannot be removed is named when the job is written again.
+        let _ = match path.is_dir() {
+            true => std::fs::remove_dir_all(path),
+            false => std::fs::remove_file(path),
+        };
+    }
+}
+
+/// The program on the workers, as the engine's files name it. A name alone is found by the workers' own `PATH`.
 pub(crate) fn program(farm: &FarmSettings) -> Result<String> {
     let program = match &farm.program {
+        Some(program) if program.components().count() > 1 => std::path::absolute(program)
+            .map_err(|e| Error::io("find", program, e, "Give its full path: --program FILE"))?,
         Some(program) => program.clone(),
         None => std::env::current_exe().map_err(|e| {
             let remedy = "Say where Afterlight is on the workers: --program FILE";
@@ -196,21 +226,15 @@ pub(crate) fn program(farm: &FarmSettings) -> Result<String> {
     Ok(program.display().to_string())
 }
 
-/// Milliseconds that a frame takes: as the ladder measured the rung in use, or else as the first frames take now.
+/// Milliseconds that the first frames take now, from the plate to the file.
 fn rate(
     copy: &Project,
-    project: &Project,
     settings: &RelightSettings,
     job: &Path,
     progress: &Progress,
 ) -> Result<f64> {
-    let ledger = Ledger::load(project).ok().flatten();
-    if let Some(rung) = ledger.as_ref().and_then(Ledger::in_use) {
-        progress.say("Chunks are sized by the rate that the ladder measured for the rung in use");
-        return Ok(rung.frame.median);
-    }
     progress.say("Relighting the first frames, to size the chunks");
-    let (first, last) = frame_range(project, settings.frames)?;
+    let (first, last) = frame_range(copy, settings.frames)?;
     let tried = job.join("tried");
     let part = Part {
         frames: (first, last.min(first + MEASURED - 1)),

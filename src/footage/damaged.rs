@@ -5,7 +5,7 @@ use base::error::{Error, Result};
 use project::{DamagedFrames, Project};
 
 /// Frames that are tried on either side of one that cannot be read: ten seconds.
-const REACH: usize = 240;
+pub const STAND_IN_REACH: usize = 240;
 
 /// A frame that is shown in place of one that cannot be read.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,8 +72,8 @@ pub fn offer(project: &Project, index: usize, error: Error) -> Error {
 /// The nearest frame before this one that can be read, or else the nearest after it.
 fn nearest(project: &Project, index: usize) -> Option<usize> {
     let count = project.settings.shoot.frames.len();
-    let before = (index.saturating_sub(REACH)..index).rev();
-    let after = index + 1..(index + 1 + REACH).min(count);
+    let before = (index.saturating_sub(STAND_IN_REACH)..index).rev();
+    let after = index + 1..(index + 1 + STAND_IN_REACH).min(count);
     before
         .chain(after)
         .find(|&frame| read_picture(&project.frame_picture(frame)).is_ok())

@@ -27,7 +27,7 @@ pub mod strokes;
 mod takes;
 mod tracking;
 
-pub use damaged::{StandIn, offer, readable_frame, stand_in};
+pub use damaged::{STAND_IN_REACH, StandIn, offer, readable_frame, stand_in};
 pub use exemplar::{Exemplar, OlatReader};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;

@@ -4,16 +4,17 @@ In the window: open this file in the Scripting workspace and press Run, or start
 window, `blender -b -P SHOT.blender.py -a` writes the rebuilt pictures to the folder SHOT.blender.
 
 The compositor multiplies each light layer by its lamp's weight and adds all up, in the groups Key, Fill and Rim. The colour
-of a node is the lamp's weight: change it to change the lamp. The world shows the environment, turned as in the shot; the
-collection "Lamps" holds a sun for each lamp of the stage, which give the same light. Use one of both: the lamps are
-switched off at first. The subject stands at the origin, Z is up, and the camera looks along +Y.
+of a node is the lamp's weight: change it to change the lamp. The world shows the environment, turned as in the shot, and the
+collection "Placed lights" holds a sun for each light that was placed by hand. The collection "Lamps" holds a sun for each lamp
+of the stage, which give the same light as world and placed lights together. Use one or the other: the lamps are switched off at
+first. The subject stands at the origin, Z is up, and the camera looks along +Y.
 """
 
 import os
 import sys
 
 import bpy
-from mathutils import Vector
+from mathutils import Euler, Vector
 
 # What the shot is. Lists over frames have one entry where nothing changes.
 SHOT = {}
@@ -170,6 +171,15 @@ def make_world(scene):
     tree.links.new(background.outputs[0], output.inputs[0])
 
 
+def turns(directions):
+    """The rotations of a sun that stands in these directions, one after the other. A sun shines along its −Z."""
+    turn = Euler()
+    for direction in directions:
+        # Near the one before: between frames the sun must not spin around.
+        turn = direction.to_track_quat("Z", "Y").to_euler("XYZ", turn)
+        yield turn
+
+
 def make_suns(scene, name, lamps, hidden):
     """A sun for each lamp, in a collection: it shines from the lamp's direction, as large and as bright."""
     collection = bpy.data.collections.new(name)
@@ -178,17 +188,16 @@ def make_suns(scene, name, lamps, hidden):
     collection.hide_viewport = hidden
     for lamp in lamps:
         sun = bpy.data.lights.new(lamp["name"], "SUN")
-        sun.angle = lamp["angle"]
         light = lamp["light"]
         energies = [max(rgb) for rgb in light]
         colors = [[c / e for c in rgb] if e > 0 else (1, 1, 1) for rgb, e in zip(light, energies)]
+        animate(sun, "angle", lamp["angle"])
         animate(sun, "energy", energies)
         animate(sun, "color", colors)
         thing = bpy.data.objects.new(lamp["name"], sun)
-        direction = Vector(lamp["direction"])
-        thing.location = 3 * direction
-        # A sun shines along its −Z.
-        thing.rotation_euler = direction.to_track_quat("Z", "Y").to_euler()
+        directions = [Vector(direction) for direction in lamp["direction"]]
+        animate(thing, "location", [3 * direction for direction in directions])
+        animate(thing, "rotation_euler", list(turns(directions)))
         collection.objects.link(thing)
 
 
@@ -220,8 +229,7 @@ def main():
     Compositor(scene).build()
     make_world(scene)
     make_suns(scene, "Lamps", SHOT["lamps"], True)
-    placed = [dict(light, light=[light["light"]]) for light in SHOT["placed"]]
-    make_suns(scene, "Placed lights", placed, False)
+    make_suns(scene, "Placed lights", SHOT["placed"], False)
     make_camera(scene)
     scene.frame_set(SHOT["frames"][0])
 

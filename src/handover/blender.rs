@@ -5,7 +5,7 @@
 
 use crate::group::Group;
 use crate::lamps::{LampLayer, Layers};
-use crate::light::{ENVIRONMENT, FrameLight, Light, PlacedLamp};
+use crate::light::{ENVIRONMENT, FrameLight, Light};
 use crate::media::{Media, Stills};
 use crate::shot::Shot;
 use base::error::{Error, Result};
@@ -37,7 +37,7 @@ struct Numbers<'a> {
     /// What no lamp does; empty if there is none.
     rest: Vec<Part>,
     world: World,
-    placed: Vec<Placed<'a>>,
+    placed: Vec<Sun<'a>>,
 }
 
 /// A layer: of the picture's file, or a file of its own.
@@ -49,16 +49,23 @@ struct Part {
 
 #[derive(Serialize)]
 struct Lamp<'a> {
-    name: &'a str,
+    #[serde(flatten)]
+    sun: Sun<'a>,
     group: &'a str,
     #[serde(flatten)]
     part: Part,
     weights: Vec<[f32; 3]>,
-    /// From the subject to the lamp, in Blender's axes.
-    direction: [f32; 3],
+}
+
+/// A lamp of the stage or a light placed by hand, as a light of Blender's.
+#[derive(Serialize)]
+struct Sun<'a> {
+    name: &'a str,
+    /// From the subject to the light, in Blender's axes.
+    direction: Vec<[f32; 3]>,
     /// From edge to edge, in radians.
-    angle: f32,
-    /// Irradiance per channel.
+    angle: Vec<f32>,
+    /// Irradiance per channel of a surface that faces it.
     light: Vec<[f32; 3]>,
 }
 
@@ -68,14 +75,6 @@ struct World {
     /// Of the Mapping node, in radians.
     rotation: Vec<[f32; 3]>,
     strength: Vec<[f32; 3]>,
-}
-
-#[derive(Serialize)]
-struct Placed<'a> {
-    name: &'a str,
-    direction: [f32; 3],
-    angle: f32,
-    light: [f32; 3],
 }
 
 /// Refuses what Blender would not find.
@@ -145,20 +144,25 @@ impl<'a> Numbers<'a> {
                 .map_or(String::new(), |files| files.name(first)),
         };
         let lamp = |(index, lamp): (usize, &'a LampLayer)| Lamp {
-            name: &lamp.lamp,
+            sun: Sun {
+                name: &lamp.lamp,
+                direction: vec![in_blender(lamp.direction).into()],
+                // The edge of a disc is √2 times as far from its middle as the root mean square.
+                angle: vec![disc(2.0 * 2f32.sqrt() * lamp.spread_deg)],
+                light: shortened(light.frames.iter().map(|frame| frame.lamps[index])),
+            },
             group: lamp.group.name(),
             part: part(&lamp.layer, &lamp.files),
             weights: shortened(lamp.weights.iter().copied()),
-            direction: in_blender(lamp.direction).into(),
-            // The edge of a disc is √2 times as far from its middle as the root mean square.
-            angle: disc(2.0 * 2f32.sqrt() * lamp.spread_deg),
-            light: shortened(light.frames.iter().map(|frame| frame.lamps[index])),
         };
-        let placed = |placed: &'a PlacedLamp| Placed {
-            name: &placed.name,
-            direction: in_blender(placed.direction).into(),
-            angle: disc(placed.size_deg),
-            light: placed.light,
+        let placed = |(index, name): (usize, &'a String)| {
+            let lamps = || light.frames.iter().map(move |frame| &frame.placed[index]);
+            Sun {
+                name,
+                direction: shortened(lamps().map(|lamp| in_blender(lamp.direction).into())),
+                angle: shortened(lamps().map(|lamp| disc(lamp.size_deg))),
+                light: shortened(lamps().map(|lamp| lamp.light)),
+            }
         };
         let mut lamps: Vec<_> = layers.lamps.iter().enumerate().map(lamp).collect();
         let order = |lamp: &Lamp| {
@@ -186,7 +190,7 @@ impl<'a> Numbers<'a> {
                 rotation: shortened(light.frames.iter().map(rotation)),
                 strength: shortened(light.frames.iter().map(|frame| frame.strength)),
             },
-            placed: light.placed.iter().map(placed).collect(),
+            placed: light.placed.iter().enumerate().map(placed).collect(),
         }
     }
 }
@@ -227,6 +231,8 @@ fn rotation(frame: &FrameLight) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::tests::lit;
+    use crate::shot::tests::shot;
     use light::conventions::Tool;
     use light::weights::rotation as turned;
 
@@ -238,6 +244,7 @@ mod tests {
                 turn: turned(yaw_deg, 0.0, 0.0),
                 strength: [1.0; 3],
                 lamps: vec![],
+                placed: vec![],
             };
             let [x, y, z] = rotation(&frame).map(f32::to_degrees);
             let apart = (z - Tool::Blender.value_of_yaw(yaw_deg)).rem_euclid(360.0);
@@ -254,6 +261,7 @@ mod tests {
                 turn,
                 strength: [1.0; 3],
                 lamps: vec![],
+                placed: vec![],
             };
             let [x, y, z] = rotation(&frame);
             // Blender's Euler XYZ: about X first.
@@ -290,6 +298,44 @@ mod tests {
         assert_eq!(said("shot_%04d.exr", 7, LayerFiles::Files), "");
         assert!(said("shot.%04d.exr", 4_320_000, LayerFiles::Files).contains("--frames"));
         assert!(said("shot.%04d.exr", 9, LayerFiles::Parts).contains("channels"));
+    }
+
+    #[test]
+    fn a_light_that_moves_has_a_value_for_each_frame_and_one_that_stays_has_one() {
+        let layers = Layers {
+            lamps: vec![],
+            rest: None,
+            place: LayerFiles::Channels,
+            alpha: ExrAlpha::Straight,
+            size: (64, 48),
+        };
+        let light = lit();
+        let stills = Media::of("shot.%04d.exr", "Blender").unwrap();
+        let shot = shot(stills.clone());
+        let Media::Stills(stills) = &stills else {
+            panic!("{stills:?}");
+        };
+        let numbers = Numbers::of(&shot, &layers, &light, stills);
+        let [moves, stays] = &numbers.placed[..] else {
+            panic!("{} lights", numbers.placed.len());
+        };
+        assert_eq!((moves.name, stays.name), ("Light 1", "Point"));
+        let near = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
+        // From camera-left past the back of the stage to camera-right, and up.
+        let up = 20f32.to_radians();
+        assert_eq!(moves.direction.len(), 5);
+        assert!(near(&moves.direction[0], &[-1.0, 0.0, 0.0]));
+        assert!(near(&moves.direction[2], &[0.0, up.cos(), up.sin()]));
+        let degrees = [10.0f32, 20.0, 30.0, 40.0, 50.0];
+        assert!(near(&moves.angle, &degrees.map(f32::to_radians)));
+        assert_eq!(moves.angle.len(), 5);
+        // Twice the intensity, and a stop brighter with each frame.
+        let red: Vec<f32> = moves.light.iter().map(|light| light[0]).collect();
+        assert!(near(&red, &[2.0, 8.0, 24.0, 64.0, 160.0]) && red.len() == 5);
+        // At the camera.
+        assert_eq!((stays.direction.len(), &stays.angle[..]), (1, &[0.0][..]));
+        assert!(near(&stays.direction[0], &[0.0, -1.0, 0.0]));
+        assert_eq!(stays.light.len(), 5, "the exposure changes");
     }
 
     #[test]

@@ -11,7 +11,8 @@ use exr::prelude::{
 use glam::{Quat, Vec3};
 use light::conventions::Front;
 use light::lighting::EnvironmentWeights;
-use light::{Environment, Rig};
+use light::placed::Kind;
+use light::{Environment, Lighting, PlacedLight, Rig};
 use project::Project;
 use scene::{Output, Scene};
 use std::io::{Cursor, Write};
@@ -27,8 +28,8 @@ pub struct Light {
     /// As its file has it, not turned.
     pub environment: Arc<Environment>,
     pub frames: Vec<FrameLight>,
-    /// Lights placed by hand, which no turn moves.
-    pub placed: Vec<PlacedLamp>,
+    /// What the lights are called that were placed by hand and are on.
+    pub placed: Vec<String>,
 }
 
 /// The light of one frame.
@@ -39,13 +40,15 @@ pub struct FrameLight {
     pub turn: Quat,
     /// Times the panorama's radiance, per channel.
     pub strength: [f32; 3],
-    /// What each lamp of the rig gives to a surface that faces it: irradiance per channel, in the order of the rig.
+    /// What each lamp of the rig gives to a surface that faces it: irradiance per channel, in the order of the rig. Together
+    /// they give the light of the panorama and of the lights placed by hand.
     pub lamps: Vec<[f32; 3]>,
+    /// In the order of [`Light::placed`].
+    pub placed: Vec<PlacedLamp>,
 }
 
-/// A light that was placed by hand.
+/// A light placed by hand, as it is in one frame. No turn of the panorama moves it.
 pub struct PlacedLamp {
-    pub name: String,
     /// From the subject to the light, of length 1.
     pub direction: Vec3,
     /// How large it looks from edge to edge.
@@ -75,6 +78,20 @@ impl Light {
             }
         };
         let front = settings.front.unwrap_or(known_front);
+        Self::under(environment, front, settings, (first, last), rig)
+    }
+
+    /// The light of frames `first` to `last` under an environment with this front.
+    ///
+    /// # Errors
+    /// When a lamp is unknown.
+    fn under(
+        environment: Arc<Environment>,
+        front: Front,
+        settings: &RelightSettings,
+        (first, last): (usize, usize),
+        rig: &Rig,
+    ) -> Result<Self> {
         let solo = lamps_named(rig, &settings.solo)?;
         let levels = Levels {
             subject: 1.0,
@@ -82,6 +99,10 @@ impl Light {
         };
         let mut lit = EnvironmentWeights::new(&environment, rig, settings.lighting.weighting);
         let even = lit.even().per_lamp;
+        // Neither on nor solo can have keys.
+        let Lighting { placed, .. } = &settings.lighting;
+        let shines = |i: &usize| solo.is_empty() && settings.lighting.shines(&placed[*i]);
+        let shining: Vec<usize> = (0..placed.len()).filter(shines).collect();
         let frame = |frame| {
             let share = (frame - first) as f32 / (last - first + 1) as f32;
             let Scene {
@@ -111,29 +132,16 @@ impl Light {
                 turn: lighting.turn(yaw_deg),
                 strength: gains.map(|gain| gain * level),
                 lamps: rig.lamps.iter().zip(&weights).map(given).collect(),
+                placed: (shining.iter())
+                    .map(|&i| PlacedLamp::of(&lighting.placed[i], &lighting, exposure))
+                    .collect(),
             }
         };
         let frames = (first..=last).map(frame).collect();
-        let Scene {
-            lighting,
-            exposure_stops,
-            ..
-        } = settings.scene(first, 0.0, front, Output::Linear);
-        let lights = lighting.placed.iter().enumerate();
-        let placed = lights
-            .filter(|(_, light)| solo.is_empty() && lighting.shines(light))
-            .map(|(index, light)| PlacedLamp {
-                name: light.title(index),
-                direction: light.direction(),
-                size_deg: 2.0 * light.radius_deg,
-                light: (lighting.with_group_gain(light).energy())
-                    .map(|energy| energy as f32 * exposure_stops.exp2()),
-            })
-            .collect();
         Ok(Self {
             environment,
             frames,
-            placed,
+            placed: shining.iter().map(|&i| placed[i].title(i)).collect(),
         })
     }
 
@@ -158,5 +166,181 @@ impl Light {
             .to_buffered(Cursor::new(&mut bytes))
             .map_err(|e| Error::codec("encode", path, e, "Check the size of the panorama"))?;
         write_beside(path, |out| out.write_all(&bytes))
+    }
+}
+
+impl PlacedLamp {
+    /// A light of a lighting, in a picture that is multiplied by `exposure`.
+    fn of(light: &PlacedLight, lighting: &Lighting, exposure: f32) -> Self {
+        Self {
+            direction: light.direction(),
+            size_deg: match light.kind {
+                Kind::Point => 0.0,
+                Kind::Disc | Kind::Area => 2.0 * light.radius_deg,
+            },
+            light: (lighting.with_group_gain(light).energy())
+                .map(|energy| energy as f32 * exposure),
+        }
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use compositor::Storage;
+    use export::Files;
+    use light::keyframes::{Interpolation, Keyframes};
+    use light::{Lamp, LightGroup};
+    use scene::{Animation, Background, Effects, LightSetting, Setting};
+    use std::path::PathBuf;
+
+    /// Even keys at frames 10 and 14.
+    fn keys(from: f64, to: f64) -> Keyframes {
+        let mut keys = Keyframes::NONE;
+        keys.interpolation = Interpolation::Linear;
+        keys.insert(10.0, from).unwrap();
+        keys.insert(14.0, to).unwrap();
+        keys
+    }
+
+    /// Settings for frames 10 to 14: a light that moves, one that is off, and a point that stays where it is. The exposure
+    /// rises by a stop a frame.
+    fn moving() -> RelightSettings {
+        let group = LightGroup {
+            name: "Left".to_owned(),
+            gain_stops: 1.0,
+            ..LightGroup::default()
+        };
+        let moves = PlacedLight {
+            id: 1,
+            group: group.name.clone(),
+            ..PlacedLight::default()
+        };
+        let off = PlacedLight {
+            id: 2,
+            enabled: false,
+            ..PlacedLight::default()
+        };
+        let stays = PlacedLight {
+            id: 3,
+            kind: Kind::Point,
+            yaw_deg: 180.0,
+            pitch_deg: 0.0,
+            intensity: 2.0,
+            name: "Point".to_owned(),
+            ..PlacedLight::default()
+        };
+        let mut animation = Animation::default();
+        animation.set(Setting::Exposure, keys(0.0, 4.0));
+        for (setting, from, to) in [
+            (LightSetting::Yaw, -90.0, 90.0),
+            (LightSetting::Pitch, 0.0, 40.0),
+            (LightSetting::Radius, 5.0, 25.0),
+            (LightSetting::Intensity, 1.0, 5.0),
+            (LightSetting::Blue, 0.0, 1.0),
+        ] {
+            animation.set(Setting::Light(1, setting), keys(from, to));
+        }
+        RelightSettings {
+            environment: PathBuf::new(),
+            front: None,
+            read: None,
+            mapping: None,
+            yaw_deg: 30.0,
+            turntable: false,
+            solo: Vec::new(),
+            lighting: Lighting {
+                placed: vec![moves, off, stays],
+                groups: vec![group],
+                ..Lighting::default()
+            },
+            animation,
+            effects: Effects::default(),
+            frames: None,
+            exposure_stops: 0.0,
+            background: Background::Environment,
+            files: Files::to("shot.%04d.exr"),
+            hand_over: Vec::new(),
+            profile: false,
+            device: Default::default(),
+            storage: Storage::default(),
+        }
+    }
+
+    /// The light of frames 10 to 14 with lamps on all six sides.
+    fn under(settings: &RelightSettings) -> Light {
+        let lamp = |direction: Vec3| Lamp {
+            name: format!("lamp {direction}"),
+            direction,
+            energy: [1.0, 2.0, 0.5],
+            spread_deg: 5.0,
+            confidence: 1.0,
+            clipped: 0.0,
+        };
+        let sides = Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
+        let rig = Rig {
+            lamps: sides.map(lamp).collect(),
+        };
+        let radiance = imaging::Image::from_fn(256, 128, |x, _| [0.5, 0.6, 0.002 * x as f32]);
+        let sky = Arc::new(Environment::from_radiance("sky", radiance));
+        Light::under(sky, Front::default(), settings, (10, 14), &rig).unwrap()
+    }
+
+    /// The light of frames 10 to 14 with two lights placed by hand: one moves, and one stays where it is.
+    pub fn lit() -> Light {
+        under(&moving())
+    }
+
+    #[test]
+    fn placed_lights_follow_their_keys_and_the_exposure() {
+        let light = lit();
+        assert_eq!(light.placed, ["Light 1", "Point"]);
+        for (k, frame) in (0u8..).map(f32::from).zip(&light.frames) {
+            let [moves, stays] = &frame.placed[..] else {
+                panic!("{} lights", frame.placed.len());
+            };
+            let (yaw, pitch) = ((45.0 * k - 90.0).to_radians(), (10.0 * k).to_radians());
+            let there = Vec3::new(
+                pitch.cos() * yaw.sin(),
+                pitch.sin(),
+                -pitch.cos() * yaw.cos(),
+            );
+            assert!(moves.direction.distance(there) < 1e-5);
+            assert!((moves.size_deg - 10.0 * (k + 1.0)).abs() < 1e-4);
+            // Its group has a gain of one stop.
+            let given = 2.0 * (k + 1.0) * k.exp2();
+            for (light, part) in moves.light.into_iter().zip([1.0, 1.0, k / 4.0]) {
+                assert!((light - given * part).abs() <= 1e-5 * given);
+            }
+            assert!(stays.direction.distance(Vec3::Z) < 1e-5);
+            assert_eq!((stays.size_deg, stays.light), (0.0, [2.0 * k.exp2(); 3]));
+        }
+    }
+
+    #[test]
+    fn lamps_give_the_light_of_the_panorama_and_of_placed_lights_once() {
+        let light = lit();
+        let sky = light.environment.energy();
+        for frame in &light.frames {
+            for c in 0..3 {
+                let lamps: f32 = frame.lamps.iter().map(|lamp| lamp[c]).sum();
+                let placed: f32 = frame.placed.iter().map(|lamp| lamp.light[c]).sum();
+                let wanted = sky[c] as f32 * frame.strength[c] + placed;
+                // As far as placed lights keep their energy in `light::lighting`.
+                assert!((lamps / wanted - 1.0).abs() < 1e-3, "{lamps} {wanted}");
+                assert!(placed > 0.1 * wanted);
+            }
+        }
+    }
+
+    #[test]
+    fn lamps_that_light_alone_leave_no_placed_lights() {
+        let alone = RelightSettings {
+            solo: vec![format!("lamp {}", Vec3::X)],
+            ..moving()
+        };
+        let light = under(&alone);
+        assert!(light.placed.is_empty());
+        assert!(light.frames.iter().all(|frame| frame.placed.is_empty()));
     }
 }

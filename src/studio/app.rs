@@ -443,6 +443,7 @@ impl eframe::App for StudioApp {
             return;
         }
         self.receive();
+        self.follow_color_config();
         self.ask_before_closing();
         let mut commands = Vec::new();
         commands.extend(self.chosen());

@@ -38,7 +38,7 @@ impl ColorViews {
         self.asked = Some(choice.clone());
         if choice.named() != known {
             self.names = None;
-        } else if !choice.is_view() && self.names.is_some() {
+        } else if !choice.is_view() && matches!(self.names, Some(Ok(_))) {
             return;
         }
         if choice.named().is_some() {
@@ -47,18 +47,30 @@ impl ColorViews {
         }
     }
 
-    /// Takes in what was read: the state looks through a view once its table is there. Why there is none is returned once.
+    /// Takes in what was read: the state looks through a view once its table is there, and exports no longer go through what
+    /// another configuration had. Why it is so is returned once.
     pub fn receive(&mut self, state: &mut State) -> Option<String> {
         let newest = (self.lookup.iter().flat_map(Lookup::answers)).last();
         // What was asked before is no longer wanted.
         let (_, answer) = newest.filter(|(choice, _)| self.asked.as_ref() == Some(choice))?;
         match answer {
             Ok((names, table)) => {
-                self.names = Some(Ok(names));
                 if table.is_some() {
                     state.viewing.through = table;
                 }
-                None
+                let exported = &mut state.export_options.ocio;
+                let lost = exported.is_asked() && !has(&names, exported);
+                let lost = lost.then(|| std::mem::take(exported));
+                let sentence = lost.map(|lost| {
+                    let name = lost.space.or(lost.view).unwrap_or_default();
+                    format!(
+                        "{} lacks what exports were to be written by ({name}). Their colours are as without a configuration \
+                         again: choose others under Colours in the export panel",
+                        names.config.display()
+                    )
+                });
+                self.names = Some(Ok(names));
+                sentence
             }
             Err(e) => {
                 let sentence = e.to_string();
@@ -72,6 +84,20 @@ impl ColorViews {
             }
         }
     }
+}
+
+/// Whether a configuration has what was chosen of it.
+fn has(names: &ConfigNames, choice: &ColorChoice) -> bool {
+    if let Some(space) = &choice.space {
+        return names.spaces.iter().any(|known| known.name == *space);
+    }
+    let has_look = (choice.look.as_ref()).is_none_or(|look| names.looks.contains(look));
+    let mut displays = names.displays.iter();
+    let display = displays.find(|known| choice.display.as_ref() == Some(&known.name));
+    let has_view = display.is_some_and(|display| {
+        (choice.view.as_ref()).is_some_and(|view| display.views.contains(view))
+    });
+    has_look && has_view
 }
 
 /// Reads a configuration, and makes the chosen view of it a table.
@@ -185,5 +211,48 @@ mod tests {
         });
         assert!(said.unwrap().contains("Polaroid"));
         assert!(state.viewing.is_neutral() && matches!(views.names(), Some(Ok(_))));
+    }
+
+    #[test]
+    fn another_configuration_keeps_what_it_has_too_and_the_rest_is_left_and_said() {
+        let (mut views, mut state) = (ColorViews::default(), State::new(1, 24.0));
+        let read = |path: &'static str| {
+            move |views: &ColorViews, _: &State| {
+                let names = views.names().and_then(|names| names.as_ref().ok());
+                names.is_some_and(|names| names.config == Path::new(path))
+            }
+        };
+        const NEW: &str = "ocio://default";
+        const OLD: &str = "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1";
+        let (new, old) = (with(Some(NEW)), with(Some(OLD)));
+        // Both have this space and a view of this name.
+        let space = ColorChoice {
+            space: Some("ACEScg".to_owned()),
+            ..ColorChoice::default()
+        };
+        for kept in [space, view("Raw")] {
+            state.export_options.ocio = kept.clone();
+            for (project, path) in [(&new, NEW), (&old, OLD)] {
+                let said = until(&mut views, project, &mut state, read(path));
+                assert_eq!((said, &state.export_options.ocio), (None, &kept));
+            }
+        }
+        until(&mut views, &new, &mut state, read(NEW));
+        let names = views.names().unwrap().clone().unwrap();
+        let first = &names.displays[0].views[0];
+        // What exports go through.
+        state.export_options.ocio = view(first);
+        let said = until(&mut views, &old, &mut state, read(OLD));
+        assert!(said.unwrap().contains(&**first));
+        assert_eq!(state.export_options.ocio, ColorChoice::default());
+        // What is looked through.
+        until(&mut views, &new, &mut state, read(NEW));
+        state.show(ViewCommand::LookThrough(Some(view(first))));
+        until(&mut views, &new, &mut state, |_, state| {
+            state.viewing.through.is_some()
+        });
+        let said = until(&mut views, &old, &mut state, read(OLD));
+        assert!(said.unwrap().contains(&**first));
+        assert_eq!((&state.color_view, &state.viewing.through), (&None, &None));
     }
 }

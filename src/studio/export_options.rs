@@ -11,7 +11,7 @@ use footage::PictureSize;
 use gpu::DeviceChoice;
 use light::Environment;
 use project::Project;
-use scene::{Background, Effects, Inspection};
+use scene::{Background, Effects, Inspection, Pass, Setting};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -36,6 +36,9 @@ pub struct ExportOptions {
     pub space: Option<OutputSpace>,
     /// A `.cube` table that is baked into codes: relative to the project's folder, or absolute; "" for none.
     pub table: String,
+    /// What an OpenColorIO configuration makes of the light, in place of tone curve, colour space and table; nothing if none
+    /// is asked. It is no part of how the picture is looked at.
+    pub ocio: ColorChoice,
     /// Show the picture through the table as well.
     pub show_table: bool,
     /// How an EXR holds its pixels.
@@ -74,10 +77,51 @@ impl ExportOptions {
         (first.min(most), last.min(most))
     }
 
-    /// The table that is baked into codes; None if there is none, and for an EXR, which has no codes.
+    /// The table that is baked into codes; None if there is none, for an EXR, which has no codes, and where a configuration
+    /// makes them.
     fn table(&self, root: &Path) -> Option<PathBuf> {
         let name = self.table.trim();
-        (!name.is_empty() && self.format != Format::Exr).then(|| root.join(name))
+        let has_codes = self.format != Format::Exr && !self.ocio.is_asked();
+        (!name.is_empty() && has_codes).then(|| root.join(name))
+    }
+
+    /// What files hold whose colours a configuration decides; None if none does.
+    pub fn ocio_sentence(&self) -> Option<String> {
+        let ColorChoice {
+            display,
+            view,
+            look,
+            space,
+            ..
+        } = &self.ocio;
+        Some(match (space, view) {
+            (Some(space), _) if self.format == Format::Exr => {
+                format!("Writes linear light in {space} of the OpenColorIO configuration.")
+            }
+            (Some(space), _) => format!(
+                "Writes the colour space {space} of the OpenColorIO configuration, in place of the tone curve."
+            ),
+            (None, Some(view)) => {
+                let display = display.as_deref().unwrap_or("its first display");
+                let look = look.as_ref().map(|look| format!(", with the look {look}"));
+                format!(
+                    "Writes the view {view} for {display}{}, in place of the tone curve. What you look through above the \
+                     picture changes nothing of it.",
+                    look.unwrap_or_default()
+                )
+            }
+            (None, None) => return None,
+        })
+    }
+
+    /// Whether grain is asked for where a configuration makes the codes, which [`RelightSettings::check`] refuses.
+    fn has_foreign_grain(&self, look: &LookSettings) -> bool {
+        let mut effects = look.effects;
+        let grain = Setting::Effect(Pass::Grain);
+        if look.animation.of(grain).is_some() {
+            effects.grain = 1.0;
+        }
+        self.ocio.is_asked() && effects.asks(Pass::Grain)
     }
 
     /// The table that the window shows pictures through; None if it shows them as they are.
@@ -135,11 +179,12 @@ impl ExportOptions {
         self.name = name.display().to_string();
     }
 
-    /// Why nothing can be exported now, and what to do; None if it can.
+    /// Why this look cannot be exported now, and what to do; None if it can.
     pub fn obstacle(
         &self,
         phase: &Phase,
         environment: Option<&PanoramaState>,
+        look: &LookSettings,
     ) -> Option<&'static str> {
         let name = self.stem();
         let named =
@@ -156,6 +201,9 @@ impl ExportOptions {
                 Some("This environment cannot be read. Choose another one")
             }
             _ if !named => Some("Give the export a name"),
+            _ if self.has_foreign_grain(look) => Some(
+                "Grain cannot go through an OpenColorIO configuration. Set Grain to 0, or choose other colours",
+            ),
             _ => None,
         }
     }
@@ -203,9 +251,9 @@ impl ExportOptions {
                 layers: self.layers && self.format == Format::Exr,
                 codec: self.format.codec(),
                 movie_alpha: self.movie_alpha(),
-                space: self.space,
+                space: self.space.filter(|_| !self.ocio.is_asked()),
                 lut: self.table(&project.root),
-                ocio: ColorChoice::default(),
+                ocio: self.ocio.clone(),
                 no_sound: !self.sound,
                 resume: self.resume && !self.format.is_movie(),
                 exr: self.exr,
@@ -231,6 +279,7 @@ impl Default for ExportOptions {
             background: None,
             space: None,
             table: String::new(),
+            ocio: ColorChoice::default(),
             show_table: false,
             exr: ExrSettings::default(),
             movie_alpha: MovieAlpha::default(),
@@ -251,7 +300,7 @@ mod tests {
     use crate::state::State;
     use light::PlacedLight;
     use light::keyframes::{Interpolation, Keyframes};
-    use scene::{LightSetting, Output, STRENGTHS, Setting};
+    use scene::{LightSetting, Output, STRENGTHS};
 
     fn named(name: &str, format: Format) -> ExportOptions {
         ExportOptions {
@@ -315,6 +364,71 @@ mod tests {
     }
 
     #[test]
+    fn a_configuration_decides_colours_alone_and_that_is_said() {
+        let project = Project::without_shoot(Path::new("/film"));
+        let environment = light::built_in::named("nave").unwrap().environment();
+        let files = |options: &ExportOptions| {
+            let (look, light) = (LookSettings::default(), environment.clone());
+            (options.settings(&project, &look, &[], light, DeviceChoice::Cpu)).files
+        };
+        let mut options = named("a", Format::Png16);
+        options.space = Some(OutputSpace::P3);
+        options.table = "warm.cube".to_owned();
+        assert_eq!(options.ocio_sentence(), None);
+        let plain = files(&options);
+        assert!(plain.space.is_some() && plain.lut.is_some() && !plain.ocio.is_asked());
+        options.ocio.display = Some("Monitor".to_owned());
+        options.ocio.view = Some("Film".to_owned());
+        options.show_table = true;
+        assert_eq!(options.shown_table(Path::new("/film")), None);
+        let configured = files(&options);
+        assert_eq!((configured.space, configured.lut), (None, None));
+        assert_eq!(configured.ocio, options.ocio);
+        let said = options.ocio_sentence().unwrap();
+        assert!(
+            said.contains("the view Film for Monitor, in place"),
+            "{said}"
+        );
+        options.ocio.look = Some("warm".to_owned());
+        let said = options.ocio_sentence().unwrap();
+        assert!(said.contains("with the look warm, in place"), "{said}");
+        options.ocio = ColorChoice {
+            space: Some("ACEScg".to_owned()),
+            ..ColorChoice::default()
+        };
+        let said = options.ocio_sentence().unwrap();
+        assert!(said.contains("the colour space ACEScg"), "{said}");
+        options.format = Format::Exr;
+        let said = options.ocio_sentence().unwrap();
+        assert!(said.contains("linear light in ACEScg"), "{said}");
+    }
+
+    #[test]
+    fn grain_is_in_the_way_of_a_configuration_exactly_where_the_export_refuses_it() {
+        let project = Project::without_shoot(Path::new("/film"));
+        let environment = light::built_in::named("nave").unwrap().environment();
+        let mut options = named("a", Format::Png8);
+        let mut keyed = LookSettings::default();
+        let mut keys = Keyframes::default();
+        keys.insert(0.0, 0.0).unwrap();
+        keyed.set_lanes(vec![(Setting::Effect(Pass::Grain), keys)]);
+        let mut grainy = LookSettings::default();
+        grainy.effects.grain = 0.5;
+        for (asked, look, obstructed) in [
+            (false, &grainy, false),
+            (true, &LookSettings::default(), false),
+            (true, &grainy, true),
+            (true, &keyed, true),
+        ] {
+            options.ocio.view = asked.then(|| "Film".to_owned());
+            assert_eq!(options.has_foreign_grain(look), obstructed);
+            let light = environment.clone();
+            let settings = options.settings(&project, look, &[], light, DeviceChoice::Cpu);
+            assert_eq!(settings.check().is_err(), obstructed);
+        }
+    }
+
+    #[test]
     fn every_frame_is_exported_as_it_is_shown() {
         let mut project = Project::without_shoot(Path::new("/film"));
         let names: Vec<String> = (0..12).map(|i| i.to_string()).collect();
@@ -374,8 +488,9 @@ mod tests {
         let ready = Phase::Ready {
             device: "CPU".into(),
         };
-        let says =
-            |options: &ExportOptions, phase| options.obstacle(phase, Some(&PanoramaState::Waiting));
+        let look = LookSettings::default();
+        let waiting = PanoramaState::Waiting;
+        let says = |options: &ExportOptions, phase| options.obstacle(phase, Some(&waiting), &look);
         assert!(
             says(&ExportOptions::default(), &Phase::Opening)
                 .unwrap()
@@ -388,7 +503,7 @@ mod tests {
         );
         assert!(
             ExportOptions::default()
-                .obstacle(&ready, None)
+                .obstacle(&ready, None, &look)
                 .unwrap()
                 .contains("Choose")
         );

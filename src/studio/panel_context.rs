@@ -73,7 +73,7 @@ pub struct PanelContext<'a> {
     pub matte: &'a MattePainting,
     /// The stored looks of the project and of the person.
     pub looks: &'a StoredLooks,
-    /// What the OpenColorIO configuration offers to look through.
+    /// What the OpenColorIO configuration offers, to look through and to export by.
     pub color_views: &'a ColorViews,
     /// Why something that was changed is not on the disk.
     pub unsaved: Option<&'a str>,

@@ -262,6 +262,7 @@ fn basis(project: &Project) -> Result<u32> {
     settings.name.clear();
     settings.size = 0;
     settings.environments.clear();
+    settings.color_config = None;
     let lamps = settings.shoot.all_lamps().len();
     (settings.shoot.lamps, settings.shoot.other_lamps) = (Vec::new(), Vec::new());
     settings.shoot.lamp_layout.clear();

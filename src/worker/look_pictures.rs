@@ -3,7 +3,7 @@
 use super::PredictedFrame;
 use super::comparison::extra;
 use super::preview::{LookPicture, LookView, PreviewRequest};
-use super::preview_maker::ViewTable;
+use super::preview_maker::{ViewTable, changed};
 use super::srgb_picture::SrgbPicture;
 use base::error::Result;
 use compositor::{EnvironmentLight, Field, Ingredients, compose};
@@ -12,6 +12,10 @@ use light::Rig;
 use scene::{Output, Scene};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::SystemTime;
+
+/// The file of a table, and when it was changed.
+type TableFile = Option<(PathBuf, Option<SystemTime>)>;
 
 /// The pictures of the last request: a look that stays is not made again because another changes.
 #[derive(Default)]
@@ -20,7 +24,7 @@ pub(super) struct LookPictures([Made; 4]);
 #[derive(Default)]
 struct Made {
     light: Option<EnvironmentLight>,
-    of: Option<(LookView, Arc<PredictedFrame>, Option<PathBuf>)>,
+    of: Option<(LookView, Arc<PredictedFrame>, TableFile)>,
     picture: Option<Arc<SrgbPicture>>,
 }
 
@@ -37,6 +41,10 @@ impl LookPictures {
         table: &mut ViewTable,
     ) -> Result<[Option<LookPicture>; 4]> {
         let mut pictures = [const { None }; 4];
+        let through: TableFile = (request.table.clone()).map(|path| {
+            let changed = changed(&path);
+            (path, changed)
+        });
         let places = self.0.iter_mut().zip(&request.looks).zip(&mut pictures);
         for ((made, look), picture) in places {
             let Some(view) = look else {
@@ -48,8 +56,8 @@ impl LookPictures {
                 output: Output::Display,
                 ..view.scene.clone()
             };
-            let is_made = made.of.as_ref().is_some_and(|(of, frame, through)| {
-                of == view && Arc::ptr_eq(frame, predicted) && *through == request.table
+            let is_made = made.of.as_ref().is_some_and(|(of, frame, table)| {
+                of == view && Arc::ptr_eq(frame, predicted) && *table == through
             });
             if !is_made {
                 made.of = None;
@@ -68,7 +76,7 @@ impl LookPictures {
                     table.apply_to(codes);
                 }
                 made.picture = codes.as_ref().map(|codes| Arc::new(SrgbPicture::of(codes)));
-                made.of = Some((view.clone(), predicted.clone(), request.table.clone()));
+                made.of = Some((view.clone(), predicted.clone(), through.clone()));
             }
             *picture = made.picture.clone().map(|made| (view.clone(), made));
         }

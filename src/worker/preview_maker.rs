@@ -15,7 +15,7 @@ use imaging::{Cube, Encoded};
 use light::Rig;
 use scene::{Background, Inspection, Scene};
 use std::collections::HashSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Instant, SystemTime};
 
@@ -252,6 +252,11 @@ fn compose(
 #[derive(Default)]
 pub(super) struct ViewTable(Option<(PathBuf, Option<SystemTime>, Cube)>);
 
+/// When a file was changed, where the disk says so.
+pub(super) fn changed(path: &Path) -> Option<SystemTime> {
+    path.metadata().and_then(|file| file.modified()).ok()
+}
+
 impl ViewTable {
     /// The table in a file, if the scene is shown through one. It reads codes of our own curves, so a configuration's view goes
     /// without it.
@@ -261,7 +266,7 @@ impl ViewTable {
         let Some(path) = path.filter(|_| is_picture && is_ours) else {
             return Ok(None);
         };
-        let changed = path.metadata().and_then(|file| file.modified()).ok();
+        let changed = changed(path);
         let known = |(of, at, _): &(PathBuf, _, _)| of == path && *at == changed;
         if !self.0.as_ref().is_some_and(known) {
             self.0 = Some((path.clone(), changed, Cube::read(path)?));

@@ -104,7 +104,11 @@ fn left(ladder: &Ledger, seeds: u64) -> String {
         ),
     };
     if fewer.is_empty() {
-        let _ = write!(text, " Every rung that is measured has {seeds} seeds.");
+        let plural = if seeds == 1 { "" } else { "s" };
+        let _ = write!(
+            text,
+            " Every rung that is measured has {seeds} seed{plural}."
+        );
         return text;
     }
     let whole: Vec<&str> = (steps.iter())

@@ -110,9 +110,10 @@ pub fn builds<'a>(of: impl Iterator<Item = &'a str>) -> String {
             .map(|build| format!("Build {}.", name(build)))
             .collect(),
         _ => {
-            let all = counts
-                .iter()
-                .map(|(build, count)| format!("{} ({count} figures)", name(build)));
+            let all = counts.iter().map(|(build, count)| match count {
+                1 => format!("{} (1 figure)", name(build)),
+                _ => format!("{} ({count} figures)", name(build)),
+            });
             format!(
                 "**Builds differ, and so may what they measure: {}.**",
                 all.collect::<Vec<_>>().join(", ")

@@ -96,8 +96,10 @@ fn run(options: &Options) -> Result<()> {
     let clock = Clock::start(options.budget);
     let sources = shoots::sources(options)?;
     if !options.no_ladder {
-        measure(options, &sources, &clock)?;
+        // A run that fails has measured too.
+        let measured = measure(options, &sources, &clock);
         options.note(&clock)?;
+        measured?;
     }
     let page = options.page(&sources)?;
     page.write(&options.page)?;

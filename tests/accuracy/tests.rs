@@ -29,7 +29,7 @@ fn figures_of_several_builds_are_never_mixed_without_a_word() {
     let mixed = builds(["b", "a", "a", ""].into_iter());
     assert_eq!(
         mixed,
-        "**Builds differ, and so may what they measure: older versions (1 figures), a (2 figures), b (1 figures).**"
+        "**Builds differ, and so may what they measure: older versions (1 figure), a (2 figures), b (1 figure).**"
     );
 }
 

@@ -225,6 +225,48 @@ fn footage_that_changes_is_noticed_and_footage_elsewhere_is_found() {
 }
 
 #[test]
+fn a_lost_layer_a_new_first_frame_and_another_field_are_made_again() {
+    let ground = Ground::new();
+    let more = "--engine;openjd;--chunk;6;--layers;--layer-files;files";
+    let more: Vec<&str> = more.split(';').collect();
+    ground.write_job("a job", "shot/a.%02d.exr", &more);
+    let took = ground.chunk("a job", "0-5")["seconds"].as_f64().unwrap();
+    ground.chunk("a job", "6-11");
+    let report = ground.assemble("a job");
+    let layer = std::fs::read_dir(ground.at("shot")).unwrap();
+    let layer = layer
+        .map(|entry| entry.unwrap().path())
+        .find(|path| {
+            let name = path.file_name().unwrap().to_string_lossy();
+            name.contains("light_01") && name.contains("04")
+        })
+        .unwrap();
+    std::fs::remove_file(&layer).unwrap();
+    let said = fail(ground.path(), &["farm-assemble", "a job"]);
+    assert!(said.contains("4 is not whole"), "{said}");
+    assert_eq!(ground.chunk("a job", "4")["kept"], 0);
+    assert!(layer.is_file());
+    // What was kept says nothing new: times and bytes are counted once.
+    assert_eq!(ground.chunk("a job", "0-5")["kept"], 6);
+    let again = ground.assemble("a job");
+    assert_eq!(again["frame_bytes"], report["frame_bytes"]);
+    let record = &again["chunks"].as_array().unwrap()[0];
+    assert_eq!(record["seconds"].as_f64(), Some(took));
+    // Another way to keep OLATs makes other files.
+    let other = [&more[..], &["--field", "f32"]].concat();
+    ground.write_job("other", "shot/a.%02d.exr", &other);
+    let said = fail(ground.path(), &["farm-assemble", "other"]);
+    assert!(said.contains("12 of 12"), "{said}");
+    // The first frame's light sets the level of all.
+    let plates = std::fs::read_dir(ground.at("shoot/interview")).unwrap();
+    let mut plates: Vec<_> = plates.map(|entry| entry.unwrap().path()).collect();
+    plates.sort();
+    std::fs::copy(&plates[4], &plates[0]).unwrap();
+    let said = fail(ground.path(), &["farm-assemble", "a job"]);
+    assert!(said.contains("12 of 12"), "{said}");
+}
+
+#[test]
 fn a_full_disk_is_a_sentence_and_loses_nothing() {
     let ground = Ground::new();
     let Some(disk) = SmallDisk::mount(200) else {
@@ -262,6 +304,13 @@ fn a_job_is_written_into_an_empty_folder_alone_and_to_its_end() {
     assert_eq!(std::fs::read_dir(ground.at("taken")).unwrap().count(), 1);
     let said = fail(ground.path(), &["farm-chunk", "taken", "--frames", "0"]);
     assert!(said.contains("job.json"), "{said}");
+    // A job that cannot be written leaves its folder as it was.
+    let asked =
+        "farm;my film;--environment;nave;--output;a%d.png;--lut;gone.cube;--engine;slurm;--to;half";
+    let said = fail(ground.path(), &asked.split(';').collect::<Vec<_>>());
+    assert!(said.contains("gone.cube"), "{said}");
+    let left = std::fs::read_dir(ground.at("half")).map_or(0, Iterator::count);
+    assert_eq!(left, 0);
     let Some(ground) = written() else { return };
     let said = fail(ground.path(), &["farm-chunk", "a job", "--frames", "6-99"]);
     assert!(said.contains("0 to 11"), "{said}");

@@ -281,6 +281,67 @@ fn a_job_has_the_keys_the_lights_and_the_effects_of_its_look() {
     assert!(!ground.at("lost").exists(), "nothing is begun");
 }
 
+/// A studio's configuration with one view: what the power of its gamma is can be changed.
+fn write_configuration(path: &Path, gamma: f32) {
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    let text = format!(
+        "ocio_profile_version: 2.1
+roles:
+  default: light
+  scene_linear: light
+  aces_interchange: aces
+displays:
+  Monitor:
+    - !<View> {{name: Film, colorspace: film}}
+colorspaces:
+  - !<ColorSpace>
+    name: aces
+    encoding: scene-linear
+  - !<ColorSpace>
+    name: light
+    aliases: [lin_rec709_scene]
+    encoding: scene-linear
+    to_scene_reference: !<MatrixTransform> {{matrix: [0.439632982, 0.382988698, 0.177378320, 0, 0.0897764430, 0.813439429, 0.0967841280, 0, 0.0175411704, 0.111546553, 0.870912276, 0, 0, 0, 0, 1]}}
+  - !<ColorSpace>
+    name: film
+    from_scene_reference: !<GroupTransform>
+      children:
+        - !<ColorSpaceTransform> {{src: aces, dst: light}}
+        - !<ExponentTransform> {{value: [{gamma}, {gamma}, {gamma}, 1], direction: inverse}}
+"
+    );
+    std::fs::write(path, text).unwrap();
+}
+
+#[test]
+fn a_job_shows_pictures_by_the_project_s_configuration_and_notices_its_change() {
+    let ground = Ground::new();
+    let config = ground.at("the studio's/config.ocio");
+    write_configuration(&config, 2.0);
+    let named = "ocio;my film;--use;the studio's/config.ocio;--json";
+    succeed(ground.path(), &named.split(';').collect::<Vec<_>>());
+    ground.export("plain %02d.png");
+    let shown = ["--ocio-view", "Film"];
+    let local = ["relight", "my film", "--to", "alone %02d.png", "--json"];
+    succeed(ground.path(), &[&local[..], &LOOK, &shown].concat());
+    let plain = afterlight::imaging::file::read_encoded(&ground.at("plain 03.png")).unwrap();
+    let alone = afterlight::imaging::file::read_encoded(&ground.at("alone 03.png")).unwrap();
+    assert!(plain != alone, "the view is seen");
+    let engine = ["--engine", "slurm", "--chunk", "6"];
+    ground.write_job("a job", "farmed %02d.png", &[&engine[..], &shown].concat());
+    // The project may go over to another configuration: the job keeps the one that it was written with.
+    let none = ["ocio", "my film", "--use", "none", "--json"];
+    succeed(ground.path(), &none);
+    ground.chunk("a job", "0-5");
+    ground.chunk("a job", "6-11");
+    ground.assemble("a job");
+    same_stills(&ground, "alone %02d.png", "farmed %02d.png");
+    // One that changes under the job would make frames of two kinds.
+    write_configuration(&config, 2.4);
+    let said = fail(ground.path(), &["farm-assemble", "a job"]);
+    assert!(said.contains("0-11 were made of another"), "{said}");
+}
+
 #[test]
 fn what_other_programs_open_is_written_once_all_frames_are_there() {
     let ground = Ground::new();
@@ -342,6 +403,9 @@ fn chunks_are_sized_by_what_frames_take() {
     // Smoothing goes from frame to frame.
     let smooth = ["--engine", "slurm", "--chunk", "2", "--smoothing", "0.5"];
     assert_eq!(ground.write_job("smooth", "b.mkv", &smooth)["chunk"], 12);
+    // And so do the components of OLATs.
+    let packed = ["--engine", "slurm", "--chunk", "2", "--field", "compressed"];
+    assert_eq!(ground.write_job("packed", "d.mkv", &packed)["chunk"], 12);
 }
 
 #[test]

@@ -30,6 +30,15 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
     assert_eq!(again["steps"], trained["steps"]);
     let said = fail(ground.path(), &["farm-chunk", "a job", "--task", "1"]);
     assert!(said.contains("no training 1"), "{said}");
+    // A task works within its job alone.
+    let job = ground.at("a job/job.json");
+    let whole = std::fs::read_to_string(&job).unwrap();
+    let mut astray: Value = serde_json::from_str(&whole).unwrap();
+    astray["work"]["train"][0]["folder"] = "../my film".into();
+    std::fs::write(&job, astray.to_string()).unwrap();
+    let said = fail(ground.path(), &["farm-chunk", "a job", "--task", "0"]);
+    assert!(said.contains("no file of the job"), "{said}");
+    std::fs::write(&job, whole).unwrap();
 
     let entries = std::fs::read_dir(ground.at("a job/projects")).unwrap();
     let copies: Vec<String> = entries

@@ -7,6 +7,9 @@ use afterlight::light::weights::rotation;
 use afterlight::light::{Environment, Rig};
 use afterlight::project::Project;
 use glam::Vec3;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::f32::consts::FRAC_1_PI;
 use std::path::Path;
 use std::process::Command;
@@ -193,4 +196,79 @@ fn world_and_lamps_light_as_ours_do() {
     let wrong = [wrong, turned_lamps, turned_world];
     // Three times what is allowed.
     assert!(wrong.iter().all(|error| *error > 0.15), "{wrong:?}");
+}
+
+#[test]
+fn placed_lights_follow_their_keys() {
+    if !blender() {
+        return;
+    }
+    let keys = [
+        ("exposure", 0.0, 1.5),
+        ("lights.1.yaw", -90.0, 90.0),
+        ("lights.1.pitch", 0.0, 60.0),
+        ("lights.1.radius", 10.0, 40.0),
+        ("lights.1.intensity", 3.0, 6.0),
+        ("lights.1.blue", 0.25, 1.0),
+    ]
+    .map(|(name, from, to)| {
+        let keys = json!([{ "frame": 0, "value": from }, { "frame": 3, "value": to }]);
+        let lane = json!({ "interpolation": "linear", "keys": keys });
+        (name.to_owned(), lane)
+    });
+    let keys = Value::Object(keys.into_iter().collect());
+    std::fs::write(FOLDER.path().join("placed.json"), keys.to_string()).unwrap();
+    let look = "--environment nave --layers --hand-over blender --keys placed.json \
+                --light 0,0,5,1,1,0.5,0 --light 40,30,15,2";
+    let (_, folder) = handed_over("blender placed", HARD_NAME, look);
+    let suns = repository("tests/handover/suns.py");
+    let at = folder.to_str().unwrap();
+    run(&folder, &["-P", suns.to_str().unwrap(), "--", at]).unwrap();
+
+    let text = std::fs::read_to_string(folder.join("suns.json")).unwrap();
+    let frames: Vec<BTreeMap<String, Sun>> = serde_json::from_str(&text).unwrap();
+    assert_eq!(frames.len(), 4);
+    // Numbers of 32 bits, here and in Blender, through sines and Euler angles.
+    let near = |a: [f32; 3], b: [f32; 3]| Vec3::from(a).distance(b.into()) < 1e-4;
+    // In Blender's axes: to the right, to the back of the stage, up.
+    let towards = |azimuth: f32, elevation: f32| {
+        let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+        let level = elevation.cos();
+        [
+            level * azimuth.sin(),
+            level * azimuth.cos(),
+            elevation.sin(),
+        ]
+    };
+    for (index, suns) in frames.iter().enumerate() {
+        let k = index as f32;
+        let exposure = (0.5 * k).exp2();
+        let given = |light: [f32; 3]| light.map(|channel| channel * exposure);
+        for (name, direction, size_deg, light) in [
+            (
+                "Light 1",
+                towards(60.0 * k - 90.0, 20.0 * k),
+                20.0 * (k + 1.0),
+                [3.0 + k, 0.5 * (3.0 + k), 0.25 * (k + 1.0) * (3.0 + k)],
+            ),
+            ("Light 2", towards(40.0, 30.0), 15.0, [2.0; 3]),
+        ] {
+            let sun = &suns[name];
+            assert!(near(sun.direction, direction), "frame {index}: {sun:?}");
+            let stands = direction.map(|part| 3.0 * part);
+            assert!(near(sun.stands, stands), "frame {index}: {sun:?}");
+            let angle = f32::to_radians(size_deg);
+            assert!((sun.angle - angle).abs() < 1e-4, "frame {index}: {sun:?}");
+            assert!(near(sun.light, given(light)), "frame {index}: {sun:?}");
+        }
+    }
+}
+
+/// A light as `suns.py` writes it.
+#[derive(Debug, Deserialize)]
+struct Sun {
+    stands: [f32; 3],
+    direction: [f32; 3],
+    angle: f32,
+    light: [f32; 3],
 }

@@ -108,7 +108,7 @@ fn growth(text: &mut String, rates: &[Rate]) {
 fn scaling(text: &mut String, rate: &Rate, disk: &str, bytes: f64) {
     let _ = writeln!(
         text,
-        "Simulated: {}, on {disk}. One worker in twenty takes twice as long, each is lost once in two days:\n\n\
+        "Simulated: {}, on {disk}. One worker in twenty, rounded, takes twice as long, each is lost once in two days:\n\n\
          | workers | hours of chunks | times as fast | worker-hours | lost | held back by the disk |\n\
          |---:|---:|---:|---:|---:|---:|",
         rate.what

@@ -5,17 +5,19 @@ use super::{
     window,
 };
 use afterlight::Error;
+use afterlight::color_config::ColorChoice;
 use afterlight::compositor::Storage;
 use afterlight::export::relight::{RelightSettings, relight};
-use afterlight::export::{Files, rebuilt};
+use afterlight::export::{Files, provenance_of, rebuilt};
 use afterlight::gpu::DeviceChoice;
+use afterlight::imaging::file::{read_encoded, read_linear};
 use afterlight::light::Lighting;
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
 use afterlight::scene::{Animation, Background, Effects};
 use afterlight::studio::StudioApp;
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
-use afterlight::worker::{ExportStatus, WrittenExport};
+use afterlight::worker::{ExportStatus, Origin, WrittenExport};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
@@ -72,6 +74,19 @@ fn copy(from: &Path, to: &Path) {
 
 pub fn opened() -> (Window, PathBuf, TempDir) {
     let (folder, project) = trained();
+    open(folder, project)
+}
+
+/// The same with an OpenColorIO configuration.
+fn opened_with_configuration() -> (Window, PathBuf, TempDir) {
+    let (folder, project) = trained();
+    let config = Some(Path::new("ocio://default"));
+    Project::change(&project.root, |project| project.set_color_config(config)).unwrap();
+    let project = Project::open(&project.root).unwrap();
+    open(folder, project)
+}
+
+fn open(folder: TempDir, project: Project) -> (Window, PathBuf, TempDir) {
     let root = project.root.clone();
     let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
     until(&mut window, "first picture", |app| app.relit().is_some());
@@ -120,6 +135,17 @@ fn retype(window: &mut Window, text: &str) {
     window.run_steps(2);
     window.event(Event::Text(text.to_owned()));
     window.run_steps(2);
+}
+
+/// Chooses other colours of the files than `now`.
+fn choose_colors(window: &mut Window, now: &str, other: &str) {
+    let now = format!("Colours: {now}");
+    window.get_by_role_and_label(Role::ComboBox, &now).click();
+    window.run_steps(3);
+    until_labelled(window, other);
+    window.run_steps(4);
+    window.get_by_label(other).click();
+    window.run_steps(3);
 }
 
 fn sentence(window: &Window, export: usize) -> String {
@@ -324,6 +350,127 @@ fn settings(to: String) -> RelightSettings {
         device: DeviceChoice::Cpu,
         storage: Storage::default(),
     }
+}
+
+/// Pixels of a file, and what it says that it was made of.
+fn contents(file: &Path) -> (Vec<[f32; 3]>, Option<String>) {
+    let pixels = match file.extension().unwrap() == "exr" {
+        true => read_linear(file).unwrap().pixels,
+        false => read_encoded(file).unwrap().0.pixels,
+    };
+    (pixels, provenance_of(file))
+}
+
+#[test]
+fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_looked_through() {
+    const VIEW: &str = "ACES 2.0 - SDR 100 nits (Rec.709)";
+    let (mut window, root, _folder) = opened_with_configuration();
+    let file = |name: &str| root.join("exports").join(name);
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    let export = |window: &mut Window, name: &str, count: usize| {
+        type_name(window, &format!("exports/{name}"));
+        window.get_by_label("Add to queue").click();
+        until_exported(window, count);
+        let status = &window.state().exports()[count - 1].status;
+        assert!(matches!(status, ExportStatus::Done(_)), "{status:?}");
+    };
+    export(&mut window, "plain", 1);
+    super::viewing::look_through_view(&mut window);
+    export(&mut window, "looked", 2);
+    let plain = contents(&file("plain.0000.png"));
+    assert!(
+        plain == contents(&file("looked.0000.png")),
+        "a way to look is exported"
+    );
+
+    choose_colors(&mut window, "sRGB", VIEW);
+    window.get_by_label_contains(&format!("Writes the view {VIEW} for sRGB - Display"));
+    assert!(
+        window
+            .query_by_role_and_label(Role::TextInput, "LUT")
+            .is_none()
+    );
+    // The other way round: what is exported is not looked through.
+    window.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    window.run_steps(4);
+    until_shown(&mut window);
+    assert!(window.state().state().viewing.is_neutral());
+    export(&mut window, "view", 3);
+    assert!(plain.0 != contents(&file("view.0000.png")).0);
+
+    // An EXR holds no view, and says so by its colours.
+    window
+        .get_by_role_and_label(Role::RadioButton, "Format EXR")
+        .click();
+    window.run_steps(4);
+    choose_colors(&mut window, "linear Rec. 709", "ACEScg (scene_linear)");
+    window.get_by_label_contains("Writes linear light in ACEScg");
+    export(&mut window, "space", 4);
+
+    let project = Project::open(&root).unwrap();
+    let look = &window.state().state().look;
+    let environment = match &look.environments[look.environment].origin {
+        Origin::File(file) => file.clone(),
+        Origin::BuiltIn(own) => PathBuf::from(own.name),
+    };
+    let view = ColorChoice {
+        view: Some(VIEW.to_owned()),
+        ..ColorChoice::default()
+    };
+    let space = ColorChoice {
+        space: Some("scene_linear".to_owned()),
+        ..ColorChoice::default()
+    };
+    for (name, ending, ocio) in [("view", "png", view), ("space", "exr", space)] {
+        let to = file(&format!("command-{name}.%04d.{ending}"));
+        let asked = RelightSettings {
+            environment: environment.clone(),
+            yaw_deg: look.yaw_deg,
+            exposure_stops: look.exposure_stops,
+            background: look.background,
+            files: Files {
+                ocio,
+                ..Files::to(to.display().to_string())
+            },
+            ..settings(String::new())
+        };
+        relight(&project, &asked, &Progress::silent()).unwrap();
+        for frame in 0..4 {
+            let [window, command] = [name.to_owned(), format!("command-{name}")]
+                .map(|stem| contents(&file(&format!("{stem}.{frame:04}.{ending}"))));
+            assert!(window.0 == command.0, "pixels of {name} {frame}");
+            assert_eq!(window.1, command.1, "{name} {frame}");
+        }
+    }
+}
+
+#[test]
+fn grain_is_in_the_way_of_an_export_by_a_configuration_and_that_is_said() {
+    let (mut window, _root, _folder) = opened_with_configuration();
+    let grain = window.get_by_role_and_label(Role::SpinButton, "Grain");
+    grain.scroll_to_me();
+    window.run_steps(4);
+    let grain = window.get_by_role_and_label(Role::SpinButton, "Grain");
+    let from = grain.rect().center();
+    let to = from + egui::vec2(60.0, 0.0);
+    drag(
+        &mut window,
+        from,
+        to,
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    assert!(window.state().state().look.effects.grain > 0.0);
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    choose_colors(&mut window, "sRGB", "Un-tone-mapped");
+    window.get_by_label_contains("Grain cannot go through an OpenColorIO configuration");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
+    window.run_steps(3);
+    assert!(window.state().exports().is_empty());
+    choose_colors(&mut window, "Un-tone-mapped", "sRGB");
+    assert!(window.query_by_label_contains("Grain cannot").is_none());
 }
 
 #[test]
@@ -776,9 +923,10 @@ fn an_export_is_sent_to_a_farm_into_a_folder_that_is_typed() {
     if !super::alone(test, &nothing) {
         return;
     }
-    let (mut window, root, folder) = opened();
+    let (mut window, root, folder) = opened_with_configuration();
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
+    choose_colors(&mut window, "sRGB", "Un-tone-mapped");
     type_name(&mut window, "exports/farmed");
     for number in ["farmed-job", "farmed-job-2"] {
         window.get_by_label("Send to farm…").click();
@@ -798,6 +946,7 @@ fn an_export_is_sent_to_a_farm_into_a_folder_that_is_typed() {
         until_said(&mut window, &format!("{number}/submit.sh"));
         let text = std::fs::read_to_string(job.join("job.json")).unwrap();
         assert!(text.contains(&format!("{}/exports/farmed.%04d.png", root.display())));
+        assert!(text.contains("Un-tone-mapped") && text.contains("ocio://default"));
         assert!(
             std::fs::read_to_string(job.join("chunk.sh"))
                 .unwrap()

@@ -5,6 +5,7 @@ use super::{
     window,
 };
 use afterlight::color_config::ColorConfig;
+use afterlight::project::Project;
 use afterlight::scene::{Channel, Inspection, ViewTransform};
 use afterlight::studio::StudioApp;
 use egui::accesskit::Role;
@@ -134,9 +135,30 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
     assert_eq!(picture(&window), plain);
 }
 
+/// A view of `ocio://default`.
+const VIEW: &str = "ACES 2.0 - SDR 100 nits (Rec.709)";
+
+/// Opens the menu of what is looked through, and waits until it has this entry.
+fn menu(window: &mut Window, entry: &str) {
+    let bar = window.get_by_role_and_label(Role::ComboBox, "View");
+    bar.click();
+    window.run_steps(3);
+    until_labelled(window, entry);
+    window.run_steps(4);
+}
+
+/// Looks through [`VIEW`].
+pub fn look_through_view(window: &mut Window) {
+    menu(window, VIEW);
+    window.get_by_label(VIEW).click();
+    until(window, "table of the view", |app| {
+        app.state().viewing.through.is_some()
+    });
+    until_shown(window);
+}
+
 #[test]
 fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
-    const VIEW: &str = "ACES 2.0 - SDR 100 nits (Rec.709)";
     let folder = crate::temporary();
     let mut project = clay::project(folder.path(), clay::environments(folder.path()));
     let config = Path::new("ocio://default");
@@ -148,15 +170,8 @@ fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
     until_shown(&mut window);
     let relit = window.state().relit().unwrap().clone();
     let plain = relit.rgb.clone();
-    let menu = |window: &mut Window, entry: &str| {
-        let bar = window.get_by_role_and_label(Role::ComboBox, "View");
-        bar.click();
-        window.run_steps(3);
-        until_labelled(window, entry);
-    };
     menu(&mut window, VIEW);
     window.get_by_label("Rec.1886 Rec.709 - Display");
-    window.run_steps(4);
     snapshot(&mut window, "studio_color_views");
     window.get_by_label(VIEW).click();
     let is_through = |app: &StudioApp| app.state().viewing.through.is_some();
@@ -192,6 +207,45 @@ fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     window.run_steps(4);
     until_shown(&mut window);
+    assert_eq!(picture(&window), plain);
+}
+
+#[test]
+fn a_configuration_that_another_program_chooses_shows_up_when_the_window_is_back() {
+    let folder = crate::temporary();
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    project.save().unwrap();
+    let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
+    });
+    until_shown(&mut window);
+    let plain = picture(&window);
+    menu(&mut window, "As exported (sRGB)");
+    assert!(window.query_by_label(VIEW).is_none());
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+
+    // As `afterlight ocio PROJECT --use CONFIG`, and a person who comes back from there.
+    let choose = |window: &mut Window, config: Option<&str>| {
+        let config = config.map(Path::new);
+        Project::change(folder.path(), |project| project.set_color_config(config)).unwrap();
+        let config = config.map(Path::to_path_buf);
+        let known = |app: &StudioApp| app.project().unwrap().color_config();
+        window.event(Event::WindowFocused(false));
+        window.run_steps(4);
+        assert_ne!(known(window.state()), config, "nobody looks all the time");
+        window.event(Event::WindowFocused(true));
+        until(window, "the configuration", move |app| known(app) == config);
+    };
+    choose(&mut window, Some("ocio://default"));
+    look_through_view(&mut window);
+    assert_ne!(picture(&window), plain);
+
+    choose(&mut window, None);
+    until_shown(&mut window);
+    let state = window.state().state();
+    assert_eq!((&state.color_view, &state.viewing.through), (&None, &None));
     assert_eq!(picture(&window), plain);
 }
 

@@ -19,25 +19,31 @@ impl Fingerprint {
     /// # Errors
     /// When it has no network or no calibration.
     pub fn of(project: &Project) -> Result<Self> {
-        let mark = |path: std::path::PathBuf, remedy: &str| {
+        let read = |path: std::path::PathBuf, remedy: &str| {
             let text = files::read_text(&path, files::MOST_TEXT);
-            let text = text.map_err(|e| Error::io("open", path, e, remedy))?;
-            Ok(mark(text.as_bytes()))
+            text.map_err(|e| Error::io("open", path, e, remedy))
         };
+        let mark = |text: &str| mark(text.as_bytes());
         Ok(Self {
             // The table changes with every checkpoint, since it counts seconds.
-            network: mark(
+            network: mark(&read(
                 project.checkpoint_path().join("checkpoint.toml"),
                 "Train this project first: afterlight train PROJECT",
-            )?,
-            calibration: mark(
+            )?),
+            calibration: mark(&read(
                 project.calibration_path(),
                 "Calibrate this project first: afterlight calibrate PROJECT",
-            )?,
+            )?),
             shoot: mark(
-                project.root.join("project.toml"),
-                "Make a project first: afterlight import PROJECT --shoot DIR",
-            )?,
+                &read(
+                    project.root.join("project.toml"),
+                    "Make a project first: afterlight import PROJECT --shoot DIR",
+                )?
+                .lines()
+                // Colours of exports and of the viewer, not of OLATs.
+                .filter(|line| !line.starts_with("color_config = "))
+                .fold(String::new(), |text, line| text + line + "\n"),
+            ),
         })
     }
 
@@ -70,7 +76,7 @@ mod tests {
     #[test]
     fn what_changed_is_named() {
         let folder = tempfile::tempdir().unwrap();
-        let project = project::Project::without_shoot(folder.path());
+        let mut project = project::Project::without_shoot(folder.path());
         let missing = Fingerprint::of(&project).unwrap_err().to_string();
         assert!(missing.contains("afterlight train"), "{missing}");
         project.save().unwrap();
@@ -86,6 +92,16 @@ mod tests {
         std::fs::write(project.calibration_path(), "exposure = 1.1").unwrap();
         let calibrated = Fingerprint::of(&project).unwrap();
         assert_eq!(trained.difference(&calibrated), Some("the calibration"));
+        project.settings.color_config = Some("ocio://default".into());
+        project.save().unwrap();
+        assert_eq!(
+            calibrated.difference(&Fingerprint::of(&project).unwrap()),
+            None
+        );
+        project.settings.size += 16;
+        project.save().unwrap();
+        let resized = Fingerprint::of(&project).unwrap();
+        assert_eq!(calibrated.difference(&resized), Some("the shoot"));
         assert_eq!(mark(b""), "cbf29ce484222325");
     }
 }

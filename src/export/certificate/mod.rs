@@ -163,9 +163,10 @@ impl Certificate {
             let rebuild = content.layers.as_ref()?.as_ref().ok()?;
             Some(CertifiedLayers {
                 layers: rebuild.layers,
-                residual: rebuild.residual,
+                // JSON has no infinity.
+                residual: rebuild.residual.min(f32::MAX),
                 frame: *number,
-                brightest: rebuild.brightest,
+                brightest: rebuild.brightest.min(f32::MAX),
             })
         });
         let common = |(key, _): &(&str, &str)| !matches!(*key, "frame" | "plate" | "look");
@@ -253,9 +254,19 @@ impl Certificate {
     /// Writes it as JSON to `path`, from whose folder the frames' folder is then given.
     ///
     /// # Errors
-    /// When it cannot be written, or a path is no UTF-8.
+    /// When it cannot be written, would replace a file of the shot, or a path is no UTF-8.
     pub fn write(&mut self, path: &Path) -> Result<()> {
         let whole = |folder: &Path| std::fs::canonicalize(folder).ok();
+        let is_there = whole(path).is_some_and(|path| {
+            self.all_files()
+                .any(|file| whole(&self.folder.join(&file.name)).as_ref() == Some(&path))
+        });
+        if is_there {
+            return Err(Error::invalid(
+                format!("{} is a file of the shot itself", path.display()),
+                "Give the certificate another name, such as shot.certificate.json",
+            ));
+        }
         if let Some(folder) = whole(&self.folder) {
             let own = path.parent().filter(|own| !own.as_os_str().is_empty());
             let own = whole(own.unwrap_or(Path::new(".")));

@@ -1,5 +1,6 @@
 //! Which files a shot consists of.
 
+use super::super::destination::Destination;
 use super::super::layers::beside;
 use base::error::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
@@ -74,21 +75,17 @@ impl Shot {
         let mut shots: BTreeMap<Around, Vec<(u64, String)>> = BTreeMap::new();
         let mut plain = Vec::new();
         for name in pictures.iter().filter(|name| !is_layer(name, &pictures)) {
-            match (numbered(name), &wanted) {
-                (Some((around, number)), Some(pattern)) if around == *pattern => {
-                    shots
-                        .entry(around)
-                        .or_default()
-                        .push((number, (*name).to_owned()));
-                }
-                (_, Some(_)) => (),
-                (Some((around, number)), None) => {
-                    shots
-                        .entry(around)
-                        .or_default()
-                        .push((number, (*name).to_owned()));
-                }
-                (None, None) => plain.push((*name).to_owned()),
+            let found = match &wanted {
+                Some(pattern) => between(name, pattern).map(|number| (pattern.clone(), number)),
+                None => numbered(name),
+            };
+            match found {
+                Some((around, number)) => shots
+                    .entry(around)
+                    .or_default()
+                    .push((number, (*name).to_owned())),
+                None if wanted.is_none() => plain.push((*name).to_owned()),
+                None => (),
             }
         }
         // Names alike but for the number are a shot; a single one without is one, too.
@@ -181,13 +178,21 @@ fn is_exr(name: &&str) -> bool {
 
 /// What stands around the number of a pattern such as `shot.%04d.exr` or `shot.####.exr`.
 fn split(pattern: &str) -> Option<Around> {
-    if let Some((before, rest)) = pattern.split_once('%') {
-        let (digits, after) = rest.split_once('d')?;
-        let is_count = digits.bytes().all(|b| b.is_ascii_digit());
-        return is_count.then(|| (before.to_owned(), after.to_owned()));
+    if let Ok(Destination::Stills(stills)) = Destination::parse(pattern)
+        && let (before, Some(_), after) = stills.parts()
+    {
+        return Some((before.to_owned(), after.to_owned()));
     }
     let (before, rest) = pattern.split_once('#')?;
     Some((before.to_owned(), rest.trim_start_matches('#').to_owned()))
+}
+
+/// The number of a name of this pattern.
+fn between(name: &str, (before, after): &Around) -> Option<u64> {
+    let number = name.strip_prefix(&**before)?.strip_suffix(&**after)?;
+    // `parse` takes a sign too.
+    let is_number = number.bytes().all(|b| b.is_ascii_digit());
+    is_number.then(|| number.parse().ok()).flatten()
 }
 
 /// The last number of a name, and what stands around it.
@@ -269,6 +274,18 @@ mod tests {
         std::fs::write(folder.join("shot.9.exr"), "").unwrap();
         let double = found(folder, &["shot.%04d.exr"]).unwrap().files;
         assert_eq!(double.iter().filter(|(number, _)| *number == 9).count(), 2);
+    }
+
+    #[test]
+    fn a_pattern_says_where_the_number_is() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["50%.0007_v2.exr", "50%.0008_v2.exr", "50%.0008_v3.exr"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let shot = found(folder.path(), &["50%%.%04d_v2.exr"]).unwrap();
+        let numbers: Vec<u64> = shot.files.iter().map(|(number, _)| *number).collect();
+        assert_eq!(numbers, [7, 8]);
+        assert_eq!(shot.pattern, "50%.####_v2.exr");
     }
 
     #[test]

@@ -59,8 +59,11 @@ impl Verification {
                 "earlier",
                 String::new(),
                 format!(
-                    "the certificate was written of a shot with {} faults: {}",
-                    certificate.faults.len(),
+                    "the certificate was written of a shot with {}: {}",
+                    match certificate.faults.len() {
+                        1 => "1 fault".to_owned(),
+                        count => format!("{count} faults"),
+                    },
                     first.sentence
                 ),
             ));
@@ -80,11 +83,17 @@ impl Verification {
                 certificate.shot,
                 certificate.sha256.get(..16).unwrap_or_default()
             ),
-            _ => format!(
-                "{}: {same} of {files} files are those of the certificate; {} frames are not",
-                certificate.shot,
-                changed.len()
-            ),
+            _ => {
+                let not = match changed.len() {
+                    0 => String::new(),
+                    1 => "; 1 frame is not".to_owned(),
+                    count => format!("; {count} frames are not"),
+                };
+                format!(
+                    "{}: {same} of {files} files are those of the certificate{not}",
+                    certificate.shot
+                )
+            }
         };
         Ok(Self {
             of: path.to_path_buf(),

@@ -18,7 +18,7 @@ use gpu::ComputeDevice;
 use light::{Rig, conventions};
 use project::Project;
 use reflectance::Predictor;
-use scene::{Background, Effects, Output, Pass, Scene};
+use scene::{Background, Effects, Output, Scene};
 use std::time::Instant;
 
 /// A frame that is relit.
@@ -101,15 +101,14 @@ impl<'a> Clip<'a> {
         writer: &mut Writer,
         progress: &Progress,
     ) -> Result<(Vec<Plan>, Option<Provenance>)> {
-        let settings = self.look.settings;
         let count = last - first + 1;
         let provenance = (writer.writes_stills())
             .then(|| self.look.provenance())
             .transpose()?;
         let start = self.look.frames.0;
-        let is_smooth = settings.largest_effects().asks(Pass::Smoothing);
+        let depends = self.look.settings.goes_from_frame_to_frame();
         let mut planned = Vec::with_capacity(count + 1);
-        let before = (start..first).take(if is_smooth { usize::MAX } else { 1 });
+        let before = (start..first).take(if depends { usize::MAX } else { 1 });
         for frame in before.chain(first..=last) {
             let scene = self.look.scene(frame);
             let mut made_of = None;
@@ -120,8 +119,8 @@ impl<'a> Clip<'a> {
                 write = !writer.keeps_frame(frame, &text);
                 made_of = Some(text);
             }
-            // The export's first frame sets the level of all, and smoothing goes from frame to frame.
-            if write || frame == start || is_smooth {
+            // The export's first frame sets the level of all.
+            if write || frame == start || depends {
                 planned.push(Plan {
                     frame,
                     scene,

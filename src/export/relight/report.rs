@@ -1,6 +1,6 @@
 //! What came of relighting an interview.
 
-use crate::{Rebuild, Stages};
+use crate::{Rebuild, Stages, handed_over};
 use compositor::PassReport;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -45,13 +45,7 @@ impl RelightReport {
             .layers
             .as_ref()
             .map_or(String::new(), |check| format!(". {}", check.sentence()));
-        let files: Vec<_> = (self.hand_over.iter())
-            .map(|file| file.display().to_string())
-            .collect();
-        let handed_over = match &files[..] {
-            [] => String::new(),
-            files => format!(". To hand over: {}", files.join(", ")),
-        };
+        let handed_over = handed_over(&self.hand_over);
         format!(
             "{frames}{kept} at {:.0} ms each: {}{layers}{handed_over}",
             self.ms_per_frame, self.output

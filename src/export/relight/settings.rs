@@ -127,6 +127,12 @@ impl RelightSettings {
         effects
     }
 
+    /// Whether a frame depends on the one before it: brightness that is smoothed does, and so do OLATs in components, which are
+    /// those of the frames before as long as they fit. Parts of such an export are not those of the whole.
+    pub fn goes_from_frame_to_frame(&self) -> bool {
+        self.largest_effects().asks(Pass::Smoothing) || self.storage == Storage::Compressed
+    }
+
     /// The same with the project's OpenColorIO configuration, if colours of one are asked for and no other is chosen.
     #[must_use]
     pub fn of_project(&self, project: &Project) -> Self {

@@ -74,8 +74,8 @@ impl StudioApp {
     fn export_settings(&mut self) -> Option<RelightSettings> {
         let entry = self.library.entries().get(self.state.look.environment);
         let panorama = entry.map(|entry| &entry.panorama);
-        let options = &self.state.export_options;
-        if let Some(obstacle) = options.obstacle(&self.status.phase, panorama) {
+        let (options, look) = (&self.state.export_options, &self.state.look);
+        if let Some(obstacle) = options.obstacle(&self.status.phase, panorama, look) {
             self.status.refuse(obstacle.to_owned());
             return None;
         }
@@ -85,8 +85,7 @@ impl StudioApp {
             return None;
         };
         self.status.refusal = None;
-        let (look, solo) = (&self.state.look, &self.state.solo);
-        Some(options.settings(project, look, solo, light, self.device))
+        Some(options.settings(project, look, &self.state.solo, light, self.device))
     }
 
     /// Writes a job of the current settings for a farm, as the command line does, into a folder of its own in `folder`.

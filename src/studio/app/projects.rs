@@ -2,13 +2,14 @@
 
 use super::readers::Readers;
 use super::{StudioApp, title};
-use crate::command::{ProjectCommand, WindowCommand};
+use crate::command::{ProjectCommand, ViewCommand, WindowCommand};
 use crate::layout::{Pane, Workspace};
 use crate::state::State;
 use crate::status::Phase;
 use crate::wizard::{MAP, Plan};
 use base::error::{Error, Result};
-use egui::ViewportCommand;
+use color_config::ColorChoice;
+use egui::{Event, ViewportCommand};
 use footage::candidate::{Candidate, Slot};
 use footage::gathered;
 use project::{Framing, Project};
@@ -190,6 +191,46 @@ impl StudioApp {
                 Err(e) => app.status.refuse(e.to_string()),
             },
         );
+    }
+
+    /// Another program may have chosen another OpenColorIO configuration for the project while a person was there: when they
+    /// come back to the window, the project is read again.
+    pub(super) fn follow_color_config(&mut self) {
+        let is_back = (self.ctx).input(|i| i.events.contains(&Event::WindowFocused(true)));
+        let Some(project) = self.session.project.as_ref().filter(|_| is_back) else {
+            return;
+        };
+        let root = project.root.clone();
+        self.errand(
+            move || Project::open(&root),
+            |app, read| {
+                // Why it cannot be read is said by what needs it.
+                if let Ok(read) = read {
+                    app.take_color_config(read);
+                }
+            },
+        );
+    }
+
+    /// Uses the OpenColorIO configuration of the open project as it was read from the disk.
+    fn take_color_config(&mut self, read: Project) {
+        let config = read.settings.color_config;
+        let Some(project) = &mut self.session.project else {
+            return;
+        };
+        if project.root != read.root || project.settings.color_config == config {
+            return;
+        }
+        project.settings.color_config = config;
+        let choice = ColorChoice::default().or_config(project.color_config());
+        self.status.say(match choice.named() {
+            Some(named) => format!("The OpenColorIO configuration is {} now", named.display()),
+            None => {
+                self.state.show(ViewCommand::LookThrough(None));
+                self.state.export_options.ocio = ColorChoice::default();
+                "The project has no OpenColorIO configuration any more".to_owned()
+            }
+        });
     }
 
     /// Works with another square of the pictures; what is set in the window stays.

@@ -4,6 +4,7 @@ mod accuracy;
 mod ago;
 mod checks;
 mod closing;
+mod color_views;
 mod diamond;
 mod effects;
 mod environments;

@@ -3,13 +3,11 @@
 use super::choice_ui;
 use crate::export_options::ExportOptions;
 use crate::panels::rows::segments_ui;
-use egui::{Checkbox, ComboBox, TextEdit, Ui, WidgetText};
-use export::{
-    Codec, ExrAlpha, ExrCompression, Format, LayerFiles, MovieAlpha, OutputSpace, Samples,
-};
+use egui::{ComboBox, Ui, WidgetText};
+use export::{Codec, ExrAlpha, ExrCompression, Format, LayerFiles, MovieAlpha, Samples};
 
 /// Width of a list in points.
-const LIST: f32 = 128.0;
+pub(super) const LIST: f32 = 128.0;
 
 pub fn ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Format");
@@ -33,7 +31,6 @@ pub fn ui(ui: &mut Ui, options: &mut ExportOptions) {
     if options.format == Format::Exr {
         exr_ui(ui, options);
     }
-    space_ui(ui, options);
 }
 
 fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
@@ -165,77 +162,6 @@ fn hint(compression: ExrCompression) -> &'static str {
         ExrCompression::Zip => "16 lines at a time: small without loss",
         ExrCompression::Piz => "Wavelets: smallest without loss for grain",
         ExrCompression::Pxr24 => "32-bit numbers are rounded to 24 bits",
-    }
-}
-
-fn space_ui(ui: &mut Ui, options: &mut ExportOptions) {
-    let is_linear = options.format == Format::Exr;
-    if options.space == Some(OutputSpace::Acescg) && !is_linear {
-        options.space = None;
-    }
-    ui.label("Colours");
-    let plain = if is_linear { "linear Rec. 709" } else { "sRGB" };
-    let shown = options.space.map_or(plain, |space| name(space, is_linear));
-    let all = OutputSpace::ALL.into_iter();
-    let other = all.filter(|&space| {
-        let same = matches!(space, OutputSpace::Srgb | OutputSpace::Rec709);
-        if is_linear {
-            !same
-        } else {
-            space != OutputSpace::Acescg
-        }
-    });
-    let other = other.map(|space| (Some(space), name(space, is_linear), about(space, is_linear)));
-    let own = (
-        None,
-        plain,
-        "The working space; a movie is tagged Rec. 709, as players expect",
-    );
-    ui.horizontal(|ui| {
-        list_ui(
-            ui,
-            "Colours",
-            shown,
-            &mut options.space,
-            std::iter::once(own).chain(other),
-        );
-    });
-    ui.end_row();
-    if !is_linear {
-        let label = ui.label("LUT");
-        ui.horizontal(|ui| {
-            let field = TextEdit::singleline(&mut options.table)
-                .hint_text("none; a .cube file")
-                .desired_width(130.0);
-            ui.add(field).labelled_by(label.id).on_hover_text(
-                "A look-up table that is baked into the files: it reads and gives sRGB codes. Relative to the project's folder, or a full path.",
-            );
-            let named = !options.table.trim().is_empty();
-            ui.add_enabled(named, Checkbox::new(&mut options.show_table, "show it"))
-                .on_hover_text("Show the picture through the table, here and in the other workspaces");
-        });
-        ui.end_row();
-    }
-}
-
-fn name(space: OutputSpace, is_linear: bool) -> &'static str {
-    match (space, is_linear) {
-        (OutputSpace::Srgb, false) => "sRGB, tagged sRGB",
-        (OutputSpace::Srgb | OutputSpace::Rec709, true) => "linear Rec. 709",
-        (OutputSpace::P3, true) => "linear P3",
-        (OutputSpace::Rec2020, true) => "linear Rec. 2020",
-        (space, _) => space.name(),
-    }
-}
-
-fn about(space: OutputSpace, is_linear: bool) -> &'static str {
-    match (space, is_linear) {
-        (_, true) => "Linear light; the header has the primaries",
-        (OutputSpace::Srgb, _) => {
-            "The same codes, tagged with the curve of sRGB where the file can say it"
-        }
-        (OutputSpace::P3, _) => "Display P3: D65 and the curve of sRGB",
-        _ => "For a reference monitor: BT.1886, a power of 2.4",
     }
 }
 

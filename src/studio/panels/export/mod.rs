@@ -1,5 +1,6 @@
 //! What to export: frames, format, size, background, layers and file name; and the export queue.
 
+mod colors;
 mod format;
 mod queue;
 
@@ -50,6 +51,7 @@ impl ExportPanel {
                 first.request_focus();
             }
             format::ui(ui, &mut options);
+            colors::ui(ui, context, &mut options);
             picture_ui(ui, &mut options);
             let own = longer_side(context, project, &options);
             size_ui(ui, &mut options, own, out);
@@ -58,6 +60,7 @@ impl ExportPanel {
             hand_over_ui(ui, &mut options);
             name_ui(ui, &mut options, out);
         });
+        colors::sentence_ui(ui, context, &options);
         files_ui(ui, context, &mut options, &project.root);
         cost_ui(ui, context, project, &options);
         add_ui(ui, context, out);
@@ -392,10 +395,11 @@ const SEND: f32 = 124.0;
 
 fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let environment = context.environment().map(|entry| &entry.panorama);
-    let obstacle = context
-        .state
-        .export_options
-        .obstacle(&context.status.phase, environment);
+    let obstacle = context.state.export_options.obstacle(
+        &context.status.phase,
+        environment,
+        &context.state.look,
+    );
     if let Some(&lamp) = context.state.solo.first() {
         let text = format!(
             "{} alone, without background, as the picture shows it",

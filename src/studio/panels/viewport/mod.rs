@@ -2,7 +2,6 @@
 
 mod aim;
 pub mod cell;
-mod color_views;
 mod doubts;
 mod four;
 mod gizmo;
@@ -34,6 +33,7 @@ use scene::Inspection;
 use std::sync::Arc;
 use worker::PreviewPicture;
 
+pub use toolbar::short;
 pub use viewing::words;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.

@@ -95,7 +95,7 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
 }
 
 /// A name that is not too long for a button.
-pub(super) fn short(name: &str) -> String {
+pub fn short(name: &str) -> String {
     match name.chars().count() > LETTERS {
         true => name.chars().take(LETTERS - 1).chain(['…']).collect(),
         false => name.to_owned(),

@@ -1,10 +1,10 @@
 //! How the picture is looked at: exposure, gamma, tone curve and channels. Nothing of it is exported, and a sign says so.
 
-use super::color_views::color_views_ui;
 use super::toolbar::{called, short};
 use crate::command::{Command, ViewCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
+use crate::panels::color_views::{color_views_ui, config_ui};
 use crate::panels::numbers::computing;
 use crate::panels::picture::{SHOWN, TONE_CURVES, curve_name};
 use crate::theme::{self, GAP};
@@ -93,7 +93,11 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     // A view is named at once, and looked through when its table is there.
     let named = configured.and_then(|choice| choice.view.as_deref());
     let now = named.unwrap_or_else(|| curve_name(viewing.view.unwrap_or(of_look)));
-    let as_exported = format!("As exported ({})", curve_name(of_look));
+    let as_exported = match context.state.export_options.ocio.is_asked() {
+        // An export by a configuration is without the curve.
+        true => format!("The look's curve ({})", curve_name(of_look)),
+        false => format!("As exported ({})", curve_name(of_look)),
+    };
     let list = ComboBox::from_id_salt("viewing curve")
         .selected_text(RichText::new(short(now)).color(color))
         .width(68.0)
@@ -115,7 +119,10 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             for (view, name) in TONE_CURVES {
                 choose(ui, Some(view), name);
             }
-            color_views_ui(ui, context, out);
+            if let Some(names) = config_ui(ui, context) {
+                let chosen = color_views_ui(ui, names, configured, configured);
+                out.extend(chosen.map(|view| Command::View(ViewCommand::LookThrough(Some(view)))));
+            }
         });
     (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "View"));
     let hint = "What to look through: a tone curve, or a view of an OpenColorIO configuration. The curve that is exported is under Light.";

@@ -1,6 +1,5 @@
-//! The menu of what an OpenColorIO configuration offers to look through: views, displays and looks.
+//! What an OpenColorIO configuration offers in a menu: views, displays and looks.
 
-use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::theme;
 use color_config::{ColorChoice, ConfigNames, DisplayNames};
@@ -9,30 +8,38 @@ use egui::{Label, RichText, Ui};
 /// Width of a sentence in points.
 const SENTENCE: f32 = 300.0;
 
-/// The part of the menu below the program's own tone curves; nothing without a configuration.
-pub fn color_views_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let Some(names) = context.color_views.names() else {
-        return;
-    };
+/// Begins the configuration's part of a menu, below the program's own choices. Returns what it offers: None without a
+/// configuration, and if it cannot be read, which is said.
+pub fn config_ui<'a>(ui: &mut Ui, context: &PanelContext<'a>) -> Option<&'a ConfigNames> {
+    let names = context.color_views.names()?;
     ui.separator();
-    let names = match names {
-        Ok(names) => names,
+    match names {
+        Ok(names) => Some(names.as_ref()),
         Err(sentence) => {
             ui.set_max_width(SENTENCE);
             let sentence = RichText::new(sentence).color(theme::WARNING);
             ui.add(Label::new(sentence).wrap());
-            return;
+            None
         }
-    };
-    let now = context.state.color_view.as_ref();
-    let Some(begin) = now.cloned().or_else(|| first(names)) else {
+    }
+}
+
+/// The views of the display of `begin`, or of the first; other displays; looks. `now` is marked. Returns what was clicked.
+pub fn color_views_ui(
+    ui: &mut Ui,
+    names: &ConfigNames,
+    now: Option<&ColorChoice>,
+    begin: Option<&ColorChoice>,
+) -> Option<ColorChoice> {
+    let Some(begin) = begin.cloned().or_else(|| first(names)) else {
         let none = "The OpenColorIO configuration has no displays";
         ui.label(RichText::new(none).color(theme::QUIET));
-        return;
+        return None;
     };
+    let mut chosen = None;
     let mut choose = |ui: &mut Ui, name: &str, choice: ColorChoice| {
         if ui.selectable_label(now == Some(&choice), name).clicked() {
-            out.push(Command::View(ViewCommand::LookThrough(Some(choice))));
+            chosen = Some(choice);
         }
     };
     let is_shown = |display: &&DisplayNames| begin.display.as_ref() == Some(&display.name);
@@ -68,9 +75,11 @@ pub fn color_views_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command
             choose(ui, look, with(Some(look)));
         }
     }
+    chosen
 }
 
-fn heading_ui(ui: &mut Ui, text: &str) {
+/// What is chosen by the entries below.
+pub fn heading_ui(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
 }
 

@@ -1,0 +1,256 @@
+//! The colours of the files: a colour space of the program's, or what a person's OpenColorIO configuration makes of the light.
+
+use super::format::LIST;
+use crate::export_options::ExportOptions;
+use crate::panel_context::PanelContext;
+use crate::panels::color_views::{color_views_ui, config_ui, heading_ui};
+use crate::panels::viewport::short;
+use crate::theme;
+use color_config::{ColorChoice, ConfigNames, SpaceName};
+use egui::{Checkbox, Color32, ComboBox, Label, RichText, Role, TextEdit, Ui, WidgetInfo};
+use export::{Format, OutputSpace};
+
+/// Height of the list in points, at most, where a configuration is in it.
+const MENU: f32 = 480.0;
+/// The role of the space that a show works in.
+const WORKING: &str = "scene_linear";
+
+pub fn ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
+    let is_linear = options.format == Format::Exr;
+    if options.space == Some(OutputSpace::Acescg) && !is_linear {
+        options.space = None;
+    }
+    let names = (context.color_views.names()).and_then(|names| names.as_ref().ok());
+    if is_linear && !is_light(&options.ocio, names.map(AsRef::as_ref)) {
+        options.ocio = ColorChoice::default();
+    }
+    ui.label("Colours");
+    ui.horizontal(|ui| list_ui(ui, context, options));
+    ui.end_row();
+    if !is_linear && !options.ocio.is_asked() {
+        table_ui(ui, options);
+    }
+}
+
+/// What the files hold, if a configuration decides their colours.
+pub fn sentence_ui(ui: &mut Ui, context: &PanelContext, options: &ExportOptions) {
+    let Some(sentence) = options.ocio_sentence() else {
+        return;
+    };
+    let mut say = |sentence: &str, color: Color32| {
+        let sentence = RichText::new(sentence).size(13.0).color(color);
+        ui.add(Label::new(sentence).wrap());
+    };
+    say(&sentence, theme::QUIET);
+    if let Some(Err(why)) = context.color_views.names() {
+        say(why, theme::WARNING);
+    }
+}
+
+/// The program's own colour spaces, and below them what a configuration offers.
+fn list_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
+    let is_linear = options.format == Format::Exr;
+    let plain = if is_linear { "linear Rec. 709" } else { "sRGB" };
+    let own = options.space.map_or(plain, |space| name(space, is_linear));
+    let configured = options
+        .ocio
+        .space
+        .as_deref()
+        .or(options.ocio.view.as_deref());
+    let shown = configured.unwrap_or(own);
+    let text = format!("Colours: {shown}");
+    let mut list = ComboBox::from_id_salt("Colours")
+        .width(LIST)
+        .selected_text(short(shown));
+    if context.color_views.names().is_some() {
+        list = list.height(MENU);
+    }
+    let list = list.show_ui(ui, |ui| {
+        for (space, name, hint) in own_spaces(plain, is_linear) {
+            let is_now = !options.ocio.is_asked() && options.space == space;
+            let entry = ui.selectable_label(is_now, name).on_hover_text(hint);
+            if entry.clicked() {
+                (options.space, options.ocio) = (space, ColorChoice::default());
+            }
+        }
+        if let Some(names) = config_ui(ui, context)
+            && let Some(chosen) = offers_ui(ui, context, names, options)
+        {
+            options.ocio = chosen;
+        }
+    });
+    (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, &text));
+}
+
+/// What a configuration offers for such files. Returns what was clicked.
+fn offers_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    names: &ConfigNames,
+    options: &ExportOptions,
+) -> Option<ColorChoice> {
+    let (now, is_linear) = (&options.ocio, options.format == Format::Exr);
+    let mut chosen = None;
+    if !is_linear {
+        // The list begins with the display that is looked at, which chooses nothing.
+        let looked_at = context.state.color_view.as_ref();
+        let begin = Some(now).filter(|now| now.is_view()).or(looked_at);
+        chosen = color_views_ui(ui, names, Some(now), begin);
+    }
+    heading_ui(
+        ui,
+        match is_linear {
+            true => "Linear colour space",
+            false => "Colour space",
+        },
+    );
+    for space in spaces(names, is_linear) {
+        let text = match is_working(names, space) {
+            true => format!("{} ({WORKING})", space.name),
+            false => space.name.clone(),
+        };
+        let is_now = now.space.as_ref() == Some(&space.name);
+        if ui.selectable_label(is_now, text).clicked() {
+            chosen = Some(ColorChoice {
+                space: Some(space.name.clone()),
+                ..ColorChoice::default()
+            });
+        }
+    }
+    chosen
+}
+
+/// The colour spaces that files can hold, those in linear light or others: the one that the show works in, and then the
+/// configuration's order.
+fn spaces(names: &ConfigNames, is_linear: bool) -> Vec<&SpaceName> {
+    let can_be = |space: &&SpaceName| {
+        !space.is_data && (!is_linear || space.is_scene_linear || is_working(names, space))
+    };
+    let mut all: Vec<&SpaceName> = names.spaces.iter().filter(can_be).collect();
+    all.sort_by_key(|space| !is_working(names, space));
+    all
+}
+
+fn is_working(names: &ConfigNames, space: &SpaceName) -> bool {
+    let mut roles = names.roles.iter();
+    roles.any(|role| role.role == WORKING && role.space == space.name)
+}
+
+/// Whether a file in linear light can hold it; a space, as long as it is not known.
+fn is_light(choice: &ColorChoice, names: Option<&ConfigNames>) -> bool {
+    match (&choice.space, names) {
+        (None, _) => !choice.is_view(),
+        (Some(_), None) => true,
+        (Some(space), Some(names)) => {
+            let mut held = spaces(names, true).into_iter();
+            held.any(|held| held.name == *space)
+        }
+    }
+}
+
+fn table_ui(ui: &mut Ui, options: &mut ExportOptions) {
+    let label = ui.label("LUT");
+    ui.horizontal(|ui| {
+        let field = TextEdit::singleline(&mut options.table)
+            .hint_text("none; a .cube file")
+            .desired_width(130.0);
+        ui.add(field).labelled_by(label.id).on_hover_text(
+            "A look-up table that is baked into the files: it reads and gives sRGB codes. Relative to the project's folder, or a full path.",
+        );
+        let named = !options.table.trim().is_empty();
+        ui.add_enabled(named, Checkbox::new(&mut options.show_table, "show it"))
+            .on_hover_text("Show the picture through the table, here and in the other workspaces");
+    });
+    ui.end_row();
+}
+
+/// The program's own colour spaces for such files, with their names and what they are.
+fn own_spaces(
+    plain: &'static str,
+    is_linear: bool,
+) -> impl Iterator<Item = (Option<OutputSpace>, &'static str, &'static str)> {
+    let own = (
+        None,
+        plain,
+        "The working space; a movie is tagged Rec. 709, as players expect",
+    );
+    let other = OutputSpace::ALL.into_iter().filter(move |&space| {
+        let same = matches!(space, OutputSpace::Srgb | OutputSpace::Rec709);
+        if is_linear {
+            !same
+        } else {
+            space != OutputSpace::Acescg
+        }
+    });
+    let other =
+        other.map(move |space| (Some(space), name(space, is_linear), about(space, is_linear)));
+    std::iter::once(own).chain(other)
+}
+
+fn name(space: OutputSpace, is_linear: bool) -> &'static str {
+    match (space, is_linear) {
+        (OutputSpace::Srgb, false) => "sRGB, tagged sRGB",
+        (OutputSpace::Srgb | OutputSpace::Rec709, true) => "linear Rec. 709",
+        (OutputSpace::P3, true) => "linear P3",
+        (OutputSpace::Rec2020, true) => "linear Rec. 2020",
+        (space, _) => space.name(),
+    }
+}
+
+fn about(space: OutputSpace, is_linear: bool) -> &'static str {
+    match (space, is_linear) {
+        (_, true) => "Linear light; the header has the primaries",
+        (OutputSpace::Srgb, _) => {
+            "The same codes, tagged with the curve of sRGB where the file can say it"
+        }
+        (OutputSpace::P3, _) => "Display P3: D65 and the curve of sRGB",
+        _ => "For a reference monitor: BT.1886, a power of 2.4",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use color_config::Role as ConfigRole;
+
+    #[test]
+    fn an_exr_is_offered_linear_spaces_alone_and_no_file_numbers_that_are_no_colours() {
+        let space = |name: &str, is_scene_linear, is_data| SpaceName {
+            name: name.to_owned(),
+            family: String::new(),
+            is_scene_linear,
+            is_data,
+        };
+        let names = ConfigNames {
+            // Older configurations do not say which are linear: the role does.
+            spaces: vec![
+                space("light", true, false),
+                space("log", false, false),
+                space("numbers", false, true),
+                space("show", false, false),
+            ],
+            roles: vec![ConfigRole {
+                role: WORKING.to_owned(),
+                space: "show".to_owned(),
+            }],
+            ..ConfigNames::default()
+        };
+        let offered = |is_linear| -> Vec<&str> {
+            let all = spaces(&names, is_linear).into_iter();
+            all.map(|space| &*space.name).collect()
+        };
+        assert_eq!(offered(true), ["show", "light"]);
+        assert_eq!(offered(false), ["show", "light", "log"]);
+        let of_space = |space: &str| ColorChoice {
+            space: Some(space.to_owned()),
+            ..ColorChoice::default()
+        };
+        let view = ColorChoice {
+            view: Some("Film".to_owned()),
+            ..ColorChoice::default()
+        };
+        assert!(is_light(&ColorChoice::default(), Some(&names)));
+        assert!(is_light(&of_space("show"), Some(&names)) && is_light(&of_space("log"), None));
+        assert!(!is_light(&of_space("log"), Some(&names)) && !is_light(&view, None));
+    }
+}
