@@ -6,6 +6,7 @@
 //! `step N`, `predict N`, `memory`, `quit`.
 
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
+use afterlight::reflectance::kernels::chunks::keep_to_avx2;
 use afterlight::reflectance::predictor::predicts_in_half;
 use afterlight::reflectance::{
     Formulation, Normalization, Precision, Statistics, UNet, UNetConfig,
@@ -56,6 +57,9 @@ struct Options {
     /// Further arguments for the PyTorch script, such as "--fused --channels-last".
     #[arg(long, default_value = "", allow_hyphen_values = true)]
     peer: String,
+    /// Keep both peers to AVX2, which is what processors without AVX-512 have. With `--precision full`.
+    #[arg(long)]
+    avx2: bool,
     /// Train with gradient checkpointing: what is cheap is computed again on the way back.
     #[arg(long)]
     recompute: bool,
@@ -105,6 +109,9 @@ fn main() -> Result<()> {
     }
     if options.serve {
         afterlight::memory::keep_freed();
+        if options.avx2 {
+            keep_to_avx2();
+        }
         let config = options.shape[0].config(options.size[0], options.precision);
         return serve(&config, &compute(options.device), options.recompute);
     }
@@ -268,6 +275,7 @@ impl Peer {
         Self::start(
             Command::new(std::env::current_exe()?)
                 .args(recompute)
+                .args(options.avx2.then_some("--avx2"))
                 .args(["--serve", "--shape", &name(shape)])
                 .args(["--precision", &name(options.precision)])
                 .args(["--device", &name(options.device)])
@@ -294,9 +302,16 @@ impl Peer {
             Normalization::Group => "group",
             Normalization::None => "none",
         };
+        // Of its convolutions, its other operations and its products of matrices.
+        let cap = [
+            ("ONEDNN_MAX_CPU_ISA", "AVX2"),
+            ("ATEN_CPU_CAPABILITY", "avx2"),
+            ("MKL_ENABLE_INSTRUCTIONS", "AVX2"),
+        ];
         Self::start(
             Command::new(python)
                 .arg(script)
+                .envs(cap.into_iter().filter(|_| options.avx2))
                 .args(["serve", "--normalization", normalization])
                 .args(["--size", &size.to_string()])
                 .args(["--lamps", &config.lamps.to_string()])

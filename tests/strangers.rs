@@ -232,7 +232,7 @@ fn a_farm_s_job_of_any_content_is_run_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let shoot = TestShoot {
         frames: 2,
-        lamps: 2,
+        lamps: 4,
         ..TestShoot::default()
     };
     let (project, _) = shoot.calibrate(folder.path(), "project");

@@ -50,6 +50,7 @@ use afterlight::progress::Progress;
 use afterlight::scene::{Background, ViewTransform};
 use afterlight::studio::{Phase, StudioApp};
 use afterlight::worker::{Blocked, Need};
+use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use egui_kittest::{Harness, SnapshotOptions};
@@ -169,6 +170,37 @@ fn until_shown(window: &mut Window) {
 
 fn picture(window: &Window) -> Vec<u8> {
     window.state().relit().unwrap().rgb.clone()
+}
+
+/// The sum of a picture's codes.
+fn brightness(rgb: &[u8]) -> u64 {
+    rgb.iter().map(|&code| u64::from(code)).sum()
+}
+
+/// Presses a key that goes to a frame, and waits for its picture.
+fn go(window: &mut Window, key: Key, frame: usize) {
+    window.key_press(key);
+    until(window, "the frame", |app| app.state().frame == frame);
+    until_shown(window);
+}
+
+/// Types in place of all that stands in the field that has the focus.
+fn retype(window: &mut Window, text: &str) {
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(2);
+    window.event(Event::Text(text.to_owned()));
+    window.run_steps(2);
+}
+
+/// Types in place of all that stands in a field, and Enter.
+fn type_into(window: &mut Window, (role, field): (Role, &str), text: &str) {
+    window.get_by_role_and_label(role, field).scroll_to_me();
+    window.run_steps(4);
+    window.get_by_role_and_label(role, field).click();
+    window.run_steps(3);
+    retype(window, text);
+    window.key_press(Key::Enter);
+    window.run_steps(4);
 }
 
 /// Moves the pointer to `x` points right of the middle of the picture, or presses or lets go its button there.

@@ -3,7 +3,7 @@
 use super::job::{RelightWork, TrainTask};
 use super::settings::FarmSettings;
 use super::shell::{quoted, word};
-use base::error::{Error, Result};
+use base::error::Result;
 use base::files::write_beside;
 use gpu::DeviceChoice;
 use std::io::Write;
@@ -135,6 +135,7 @@ fn script(job: &Path, name: &str, text: &str) -> Result<()> {
     write_beside(&path, |out| out.write_all(text.as_bytes()))?;
     #[cfg(unix)]
     {
+        use base::error::Error;
         use std::os::unix::fs::PermissionsExt;
         let mode = std::fs::Permissions::from_mode(0o755);
         std::fs::set_permissions(&path, mode)

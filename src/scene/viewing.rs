@@ -61,7 +61,12 @@ impl Viewing {
             exposure_stops,
             gamma,
             ..
-        } = self.clone().bounded();
+        } = Self {
+            exposure_stops: self.exposure_stops,
+            gamma: self.gamma,
+            ..Self::default()
+        }
+        .bounded();
         [exposure_stops.exp2(), gamma.recip()]
     }
 }

@@ -120,6 +120,7 @@ mod tests {
     use crate::command::ViewCommand;
     use scene::Viewing;
     use std::path::{Path, PathBuf};
+    use std::sync::atomic::{AtomicUsize, Ordering};
     use std::time::{Duration, Instant};
 
     const SRGB: &str = "sRGB - Display";
@@ -160,6 +161,11 @@ mod tests {
     fn a_view_is_looked_through_once_its_table_is_there_and_no_longer_when_it_is_left() {
         let (mut views, mut state) = (ColorViews::default(), State::new(1, 24.0));
         let project = with(Some("ocio://default"));
+        let answers = Arc::new(AtomicUsize::new(0));
+        let counted = answers.clone();
+        views.ask(&project, &state, move || {
+            counted.fetch_add(1, Ordering::SeqCst);
+        });
         until(&mut views, &project, &mut state, |views, _| {
             views.names().is_some()
         });
@@ -180,12 +186,14 @@ mod tests {
             (&state.viewing, &state.color_view),
             (&Viewing::default(), &None)
         );
+        views.ask(&project, &state, || {});
         // A view that arrives late is not looked through.
         state.show(ViewCommand::LookThrough(Some(view(&wanted))));
         views.ask(&project, &state, || {});
         state.show(ViewCommand::LookThrough(None));
         views.ask(&project, &state, || {});
-        std::thread::sleep(Duration::from_millis(300));
+        // The names, the view, and the view again.
+        test_support::wait_for(|| (answers.load(Ordering::SeqCst) == 3).then_some(()));
         assert_eq!(views.receive(&mut state), None);
         assert_eq!(state.viewing.through, None);
     }

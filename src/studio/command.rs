@@ -55,8 +55,6 @@ pub enum Command {
 pub enum LookCommand {
     /// Light the subject by this entry of the list.
     Environment(usize),
-    /// Light the subject by the entry this many places further, around the list's end.
-    StepEnvironment(isize),
     /// Add panoramas to the list and show the first of them.
     AddEnvironments(Vec<PathBuf>),
     /// Take this entry out of the list, if a person added it; its file stays.
@@ -283,6 +281,10 @@ pub enum LooksCommand {
 /// Changes how environments are listed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EnvironmentsCommand {
+    /// Light the subject by the entry this many places further in the list as it is shown, around its end.
+    Step(isize),
+    /// Read the panorama of this entry again, which could not be read.
+    ReadAgain(usize),
     /// Make an entry of the list a favourite, or no longer; None for the one that is shown.
     ToggleFavourite(Option<usize>),
     /// List those alone that have each of these words.

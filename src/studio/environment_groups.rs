@@ -40,13 +40,17 @@ fn grouped(list: &[(&ListedEnvironment, bool)], search: &str) -> Vec<Environment
     for (place, (listed, favourite)) in list.iter().enumerate() {
         let folder = listed.file().and_then(Path::parent);
         let title = folder.and_then(|folder| folders.get(folder));
-        let key = match (favourite, listed.owner) {
-            (true, _) => (0, "Favourites".to_owned()),
-            (_, Owner::Shoot) => (1, "Shoot".to_owned()),
-            (_, Owner::Program) => (2, "Built in".to_owned()),
-            (_, Owner::Person) => (3, title.cloned().unwrap_or_default()),
+        let own = match listed.owner {
+            Owner::Shoot => (1, "Shoot".to_owned()),
+            Owner::Program => (2, "Built in".to_owned()),
+            Owner::Person => (3, title.cloned().unwrap_or_default()),
         };
-        if is_found(&listed.name, &key.1, search) {
+        let is_own = is_found(&listed.name, &own.1, search);
+        let key = match favourite {
+            true => (0, "Favourites".to_owned()),
+            false => own,
+        };
+        if is_own || is_found(&listed.name, &key.1, search) {
             groups.entry(key).or_default().push(place);
         }
     }
@@ -155,6 +159,11 @@ mod tests {
         );
         assert_eq!(titled(&[], "NIGHT"), [group("night", &[2, 4])]);
         assert_eq!(titled(&[], "b ni"), [group("night", &[4])]);
+        assert_eq!(
+            titled(&[4], "night"),
+            [group("Favourites", &[4]), group("night", &[2])]
+        );
+        assert_eq!(titled(&[4], "favour"), [group("Favourites", &[4])]);
         assert_eq!(titled(&[], "no such"), []);
     }
 

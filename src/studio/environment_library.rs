@@ -101,6 +101,8 @@ pub struct EnvironmentLibrary {
     hurried: Option<Origin>,
     /// Bytes of light that is kept.
     budget: usize,
+    /// Those that could be read once.
+    read: Vec<Origin>,
     list: Arc<Vec<ListedEnvironment>>,
     /// The open project's folder, and the thread that writes there.
     root: Option<PathBuf>,
@@ -130,6 +132,7 @@ impl EnvironmentLibrary {
             recent: Vec::new(),
             hurried: None,
             budget: LIGHT_BUDGET_BYTES,
+            read: Vec::new(),
             list: Arc::default(),
             root: None,
             writer: None,
@@ -270,7 +273,16 @@ impl EnvironmentLibrary {
         self.list = list.clone();
     }
 
-    /// Takes in what was loaded; returns those that cannot be read, with a sentence each.
+    /// Reads a panorama of the list again, if it cannot be used.
+    pub fn read_again(&mut self, place: usize) {
+        let entry = self.entries.get_mut(place);
+        if let Some(entry) = entry.filter(|entry| entry.panorama.is_failed()) {
+            entry.panorama = PanoramaState::Waiting;
+            self.loader.load(entry.listed.origin.clone());
+        }
+    }
+
+    /// Takes in what was loaded; returns those that could never be read, with a sentence each.
     pub fn receive(&mut self) -> Vec<(Origin, String)> {
         let mut unreadable = Vec::new();
         for (origin, read) in self.loader.loaded() {
@@ -280,6 +292,9 @@ impl EnvironmentLibrary {
                     let picture =
                         egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
                     let options = egui::TextureOptions::LINEAR_REPEAT;
+                    if !self.read.contains(&origin) {
+                        self.read.push(origin.clone());
+                    }
                     let thumbnail = self.ctx.load_texture(origin.to_string(), picture, options);
                     PanoramaState::Done {
                         panorama: ReadPanorama::of(panorama),
@@ -287,7 +302,10 @@ impl EnvironmentLibrary {
                     }
                 }
                 Err(e) => {
-                    unreadable.push((origin.clone(), e.to_string()));
+                    // A disk may be away for a while.
+                    if !self.read.contains(&origin) {
+                        unreadable.push((origin.clone(), e.to_string()));
+                    }
                     PanoramaState::Failed(e.to_string())
                 }
             };
@@ -362,13 +380,22 @@ mod tests {
         // More than fit are used at once.
         until(&mut library, &files[2..], PanoramaState::is_done);
         assert_eq!(lit(&library), [false, false, true, true, true]);
-        // A file that is gone is said once.
-        std::fs::remove_file(folder.path().join("0.exr")).unwrap();
-        let said = test_support::wait_for(|| {
+        // A file that is gone for a while stays in the list, and is read again by a click.
+        let file = folder.path().join("0.exr");
+        std::fs::rename(&file, folder.path().join("away")).unwrap();
+        test_support::wait_for(|| {
             library.use_light(&files[..1]);
-            library.receive().pop()
+            assert!(library.receive().is_empty());
+            library.entries()[0].panorama.is_failed().then_some(())
         });
-        assert!(said.1.contains("0.exr"), "{}", said.1);
+        std::fs::rename(folder.path().join("away"), &file).unwrap();
+        library.read_again(0);
+        until(&mut library, &files[..1], PanoramaState::is_done);
+        // One that could never be read is said once.
+        let gone = Origin::File(folder.path().join("gone.exr"));
+        library.follow(&Arc::new(vec![listed(&gone)]));
+        let said = test_support::wait_for(|| library.receive().pop());
+        assert!(said.1.contains("gone.exr"), "{}", said.1);
         assert!(library.entries()[0].panorama.is_failed());
     }
 }

@@ -196,9 +196,12 @@ impl ExportOptions {
                 Some("The interview cannot be relit yet. The Picture panel says what is missing")
             }
             (_, None) => Some("Choose an environment first"),
-            (_, Some(PanoramaState::Waiting)) => Some("The environment is still being read"),
             (_, Some(PanoramaState::Failed(_))) => {
                 Some("This environment cannot be read. Choose another one")
+            }
+            // Its light may have been dropped for the memory, and is read again.
+            (_, Some(panorama)) if !panorama.has_light() => {
+                Some("The environment is still being read")
             }
             _ if !named => Some("Give the export a name"),
             _ if self.has_foreign_grain(look) => Some(

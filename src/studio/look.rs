@@ -46,14 +46,6 @@ impl LookSettings {
         }
     }
 
-    /// Goes on in the list, around its end.
-    pub(super) fn step_environment(&mut self, step: isize) {
-        let count = self.environments.len() as isize;
-        if count > 0 {
-            self.environment = (self.environment as isize + step).rem_euclid(count) as usize;
-        }
-    }
-
     /// Sets the yaw; with keys it may go around any number of times.
     pub(super) fn turn_to(&mut self, degrees: f32) {
         if !degrees.is_finite() {

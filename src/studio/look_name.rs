@@ -25,7 +25,7 @@ impl LookName {
         if name.is_empty() {
             return refuse("a look needs a name".to_owned());
         }
-        if name.chars().count() > MOST || name.len() > MOST_BYTES {
+        if !is_short(name) {
             return refuse(format!("a look's name has at most {MOST} characters"));
         }
         let is_forbidden = |c: &char| FORBIDDEN.contains(c) || c.is_control();
@@ -57,23 +57,29 @@ impl LookName {
         self.0.to_lowercase() == other.0.to_lowercase()
     }
 
-    /// This name, or the first of "NAME 2", "NAME 3"… that none of `taken` has.
-    ///
-    /// # Errors
-    /// When the name gets too long.
-    pub fn free(&self, taken: &[Self]) -> Result<Self> {
-        let is_free = |name: &Self| !taken.iter().any(|one| one.is_like(name));
-        if is_free(self) {
-            return Ok(self.clone());
-        }
-        for number in 2.. {
-            let name = Self::new(&format!("{} {number}", self.0))?;
-            if is_free(&name) {
-                return Ok(name);
-            }
-        }
-        unreachable!("numbers do not end")
+    /// This name, or the first of "NAME 2", "NAME 3"… that none of `taken` has. A long name loses its end for the number.
+    pub fn free(&self, taken: &[Self]) -> Self {
+        let numbered = (2..).map(|number| self.numbered(number));
+        let mut all = std::iter::once(self.clone()).chain(numbered);
+        let free = all.find(|name| !taken.iter().any(|one| one.is_like(name)));
+        // Numbers do not end.
+        free.unwrap_or_else(|| self.clone())
     }
+
+    fn numbered(&self, number: u32) -> Self {
+        let mut stem = self.0.clone();
+        loop {
+            let name = format!("{} {number}", stem.trim_end());
+            if is_short(&name) {
+                return Self(name);
+            }
+            stem.pop();
+        }
+    }
+}
+
+fn is_short(name: &str) -> bool {
+    name.chars().count() <= MOST && name.len() <= MOST_BYTES
 }
 
 impl std::fmt::Display for LookName {
@@ -126,9 +132,25 @@ mod tests {
     #[test]
     fn a_free_name_differs_by_more_than_its_case() {
         let names = ["Warm", "warm 2"].map(|name| LookName::new(name).unwrap());
-        let free = LookName::new("WARM").unwrap().free(&names).unwrap();
+        let free = LookName::new("WARM").unwrap().free(&names);
         assert_eq!(free.text(), "WARM 3");
         let other = LookName::new("cold").unwrap();
-        assert_eq!(other.free(&names).unwrap(), other);
+        assert_eq!(other.free(&names), other);
+    }
+
+    #[test]
+    fn a_number_fits_behind_the_longest_name() {
+        // The end that goes leaves no blank before the number.
+        let all = [
+            "x".repeat(MOST),
+            format!("{} z", "x".repeat(MOST - 2)),
+            "🌙".repeat(MOST_BYTES / 4),
+        ];
+        for long in all {
+            let long = LookName::new(&long).unwrap();
+            let free = long.free(std::slice::from_ref(&long));
+            assert_eq!(LookName::new(free.text()).unwrap(), free);
+            assert!(free.text().ends_with("x 2") || free.text().ends_with("🌙 2"));
+        }
     }
 }

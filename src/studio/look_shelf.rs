@@ -118,28 +118,29 @@ impl LookShelf {
         contents
     }
 
-    /// Stores a version of a look, unless its newest is the same; returns its number.
+    /// Stores a version of a look, unless its newest is the same; returns its number, and the name of the look. That is another
+    /// than `name` where a look has one that a disk would take for it.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn store(&self, name: &LookName, look: &StoredLook) -> Result<u32> {
+    pub fn store(&self, name: &LookName, look: &StoredLook) -> Result<(LookName, u32)> {
         let shelf = self.made()?;
         let same = names(&shelf).into_iter().find(|one| one.is_like(name));
-        let name = same.as_ref().unwrap_or(name);
+        let name = same.unwrap_or_else(|| name.clone());
         let folder = own_folder(&shelf, name.text())?;
         let newest = numbers(&folder).into_iter().next();
         if let Some(number) = newest
             && let Ok(newest) = StoredLook::read_own(&file(&folder, number, "json"))
             && newest.is_same(look)
         {
-            return Ok(number);
+            return Ok((name, number));
         }
         let mut number = newest.unwrap_or(0) + 1;
         // Another window may store at the same time.
         while !write_new(&file(&folder, number, "json"), &look.text())? {
             number += 1;
         }
-        Ok(number)
+        Ok((name, number))
     }
 
     /// Writes what a version looks like: a thumbnail of this picture.
@@ -192,7 +193,7 @@ impl LookShelf {
     pub fn remove(&self, name: &LookName) -> Result<()> {
         let folder = self.look(name)?;
         let removed = own_folder(&self.made()?, REMOVED)?;
-        let aside = name.free(&names(&removed))?;
+        let aside = name.free(&names(&removed));
         moved(&folder, &removed.join(aside.text()))
     }
 
@@ -203,7 +204,7 @@ impl LookShelf {
     pub fn bring_back(&self, name: &LookName) -> Result<LookName> {
         let shelf = self.made()?;
         let removed = own_folder(&shelf, REMOVED)?;
-        let free = name.free(&names(&shelf))?;
+        let free = name.free(&names(&shelf));
         moved(&removed.join(name.text()), &shelf.join(free.text()))?;
         Ok(free)
     }
@@ -218,11 +219,11 @@ impl LookShelf {
             return Err(gone(&folder));
         };
         let look = StoredLook::read_own(&file(&folder, newest, "json"))?;
-        let number = self.store(name, &look)?;
+        let (name, number) = self.store(name, &look)?;
         // A picture that cannot be read is made again when the look is shown.
         if let Some(picture) = picture(&file(&folder, newest, "png"), &mut ReadPictures::default())
         {
-            self.draw(name, number, &picture)?;
+            self.draw(&name, number, &picture)?;
         }
         Ok(())
     }

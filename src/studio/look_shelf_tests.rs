@@ -39,11 +39,12 @@ fn versions_are_added_and_an_unchanged_look_is_none() {
     assert!(listed(&shelf).looks.is_empty());
     assert_eq!(files_of(folder.path()), [""; 0], "reading writes nothing");
     let warm = name("Warm");
-    assert_eq!(shelf.store(&warm, &look(1.0)).unwrap(), 1);
+    let store = |called: &str, stops| shelf.store(&name(called), &look(stops)).unwrap();
+    assert_eq!(store("Warm", 1.0), (warm.clone(), 1));
     shelf.draw(&warm, 1, &grey(90)).unwrap();
-    assert_eq!(shelf.store(&warm, &look(1.0)).unwrap(), 1);
+    assert_eq!(store("Warm", 1.0), (warm.clone(), 1));
     // Some disks take both for one name.
-    assert_eq!(shelf.store(&name("WARM"), &look(2.0)).unwrap(), 2);
+    assert_eq!(store("WARM", 2.0), (warm, 2));
     let found = listed(&shelf);
     assert_eq!(found.looks.len(), 1);
     let versions = &found.looks[0].versions;
@@ -100,6 +101,12 @@ fn a_look_is_copied_to_another_shelf_with_its_picture() {
     assert_eq!(found.looks[0].versions.len(), 1, "the same is kept once");
     assert!(found.looks[0].versions[0].picture.is_some());
     assert!(library.copy(&mine, &name("No"), &name("No")).is_err());
+    // A name that some disks take for the same is that look's.
+    mine.store(&name("night"), &look(-2.0)).unwrap();
+    mine.draw(&name("Night"), 2, &grey(10)).unwrap();
+    library.copy(&mine, &name("Night"), &name("NIGHT")).unwrap();
+    assert_eq!(called(&library), ["Night"]);
+    assert!(listed(&library).looks[0].versions[0].picture.is_some());
 }
 
 #[test]
@@ -178,7 +185,8 @@ fn a_strangers_folder_is_read_without_harm() {
     let complaints = found.complaints.join("\n");
     assert!(complaints.contains("0002.json"), "{complaints}");
     assert!(!complaints.contains("0009.json"), "{complaints}");
-    assert_eq!(shelf.store(&name("Good"), &look(5.0)).unwrap(), 10);
+    let stored = shelf.store(&name("Good"), &look(5.0)).unwrap();
+    assert_eq!(stored, (name("Good"), 10));
     test_support::shown!(
         Strangers,
         "A project's `looks` hold links, devices, broken files and pictures that claim a million pixels",

@@ -105,7 +105,7 @@ impl History {
 }
 
 fn useless(path: &Path, cause: impl std::fmt::Display) -> Error {
-    let remedy = "Undo begins anew, and the next change replaces the file";
+    let remedy = "Undo starts empty; the next change replaces the file";
     Error::codec("use the steps of undo in", path, cause, remedy)
 }
 

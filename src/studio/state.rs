@@ -282,7 +282,6 @@ impl State {
             LookCommand::Undo => return self.travel(true),
             LookCommand::Redo => return self.travel(false),
             LookCommand::Environment(entry) => look.light_by(entry),
-            LookCommand::StepEnvironment(step) => look.step_environment(step),
             LookCommand::AddEnvironments(files) => look.add(&files),
             LookCommand::RemoveEnvironment(entry) => look.remove(entry),
             LookCommand::Front(entry, front) => look.set_front(entry, front),
@@ -357,7 +356,7 @@ mod tests {
         s.release();
         s.change(LookCommand::Exposure(0.5));
         s.release();
-        s.change(LookCommand::StepEnvironment(-1));
+        s.change(LookCommand::Environment(7));
         assert_eq!(
             (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
             (30.0, 0.5, 7)
@@ -394,7 +393,6 @@ mod tests {
             LookCommand::Yaw(0.0),
             LookCommand::Turn(360.0),
             LookCommand::Environment(99),
-            LookCommand::StepEnvironment(8),
             LookCommand::RemoveEnvironment(0),
             LookCommand::Front(0, Some(Front::new(90.0))),
             LookCommand::Exposure(f32::NAN),

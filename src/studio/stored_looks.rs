@@ -37,6 +37,8 @@ struct ShelfRequest {
     shelf: Shelf,
     at: LookShelf,
     act: Option<Act>,
+    /// What is said once it is done.
+    said: Option<String>,
 }
 
 /// What came of it, and what is on the shelf then.
@@ -44,6 +46,7 @@ struct ShelfAnswer {
     shelf: Shelf,
     at: LookShelf,
     stored: Result<Option<(LookName, u32)>>,
+    said: Option<String>,
     contents: Option<ShelfContents>,
 }
 
@@ -64,6 +67,8 @@ struct Keeper {
 pub enum LookNews {
     /// A version was stored.
     Stored(LookId, u32),
+    /// What was done.
+    Done(String),
     /// Why something could not be done.
     Failed(String),
     /// A file that is no look.
@@ -112,7 +117,7 @@ impl StoredLooks {
     /// Reads both shelves again.
     pub fn read(&mut self) {
         for shelf in Shelf::ALL {
-            self.put(shelf, None);
+            self.put(shelf, None, None);
         }
     }
 
@@ -127,10 +132,20 @@ impl StoredLooks {
         shelf: Shelf,
         act: impl FnOnce(&LookShelf) -> Result<Option<(LookName, u32)>> + Send + 'static,
     ) {
-        self.put(shelf, Some(Box::new(act)));
+        self.put(shelf, Some(Box::new(act)), None);
     }
 
-    fn put(&mut self, shelf: Shelf, act: Option<Act>) {
+    /// The same, with a sentence that is said once it is done.
+    pub fn act_and_say(
+        &mut self,
+        shelf: Shelf,
+        said: String,
+        act: impl FnOnce(&LookShelf) -> Result<Option<(LookName, u32)>> + Send + 'static,
+    ) {
+        self.put(shelf, Some(Box::new(act)), Some(said));
+    }
+
+    fn put(&mut self, shelf: Shelf, act: Option<Act>, said: Option<String>) {
         let Some(at) = self.shelves[shelf as usize].clone() else {
             return;
         };
@@ -145,7 +160,12 @@ impl StoredLooks {
             Keeper { thread, answers }
         });
         self.waiting += 1;
-        keeper.thread.put(ShelfRequest { shelf, at, act });
+        keeper.thread.put(ShelfRequest {
+            shelf,
+            at,
+            act,
+            said,
+        });
     }
 
     /// Whether something that was asked for is not done yet.
@@ -162,6 +182,9 @@ impl StoredLooks {
             let shelf = answer.shelf;
             // Another project may have been opened meanwhile.
             let is_open = self.shelf(shelf) == Some(&answer.at);
+            if answer.stored.is_ok() {
+                news.extend(answer.said.map(LookNews::Done));
+            }
             match answer.stored {
                 Ok(Some((name, number))) if is_open => {
                     news.push(LookNews::Stored(LookId { shelf, name }, number));
@@ -241,11 +264,14 @@ impl<Wake: Fn()> Handler for Keeping<Wake> {
             Ok((stored, contents)) => (stored, Some(contents)),
             Err(e) => (Err(e), None),
         };
-        let ShelfRequest { shelf, at, .. } = request;
+        let ShelfRequest {
+            shelf, at, said, ..
+        } = request;
         let answer = ShelfAnswer {
             shelf,
             at,
             stored,
+            said,
             contents,
         };
         // Nobody listens after the window is closed.

@@ -419,9 +419,4 @@ fn two_hundred_panoramas_are_grouped_by_folder_searched_and_gone_through_by_key(
     assert!(row.bottom() < 690.0, "{row:?}");
     until_shown(&mut window);
     super::snapshot(&mut window, "studio_environments_many");
-    let started = std::time::Instant::now();
-    (0..20).for_each(|_| window.step());
-    let each = started.elapsed() / 20;
-    eprintln!("210 environments: {each:?} a frame");
-    assert!(each < std::time::Duration::from_millis(100), "{each:?}");
 }

@@ -1,8 +1,8 @@
 //! Exports, asked for with the mouse and with keys alone, on a network that was trained for seconds.
 
 use super::{
-    Window, clay_window, drag, scroll_to, snapshot, told_job, until, until_labelled, until_shown,
-    window,
+    Window, clay_window, drag, go, retype, scroll_to, snapshot, told_job, until, until_labelled,
+    until_shown, window,
 };
 use afterlight::Error;
 use afterlight::color_config::ColorChoice;
@@ -126,14 +126,6 @@ pub fn type_name(window: &mut Window, name: &str) {
     window.run_steps(2);
     retype(window, name);
     window.key_press(Key::Enter);
-    window.run_steps(2);
-}
-
-/// Types in place of all that stands in the field that has the focus.
-fn retype(window: &mut Window, text: &str) {
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.run_steps(2);
-    window.event(Event::Text(text.to_owned()));
     window.run_steps(2);
 }
 
@@ -805,13 +797,6 @@ fn a_lamp_alone_is_exported_as_it_is_shown() {
     );
 }
 
-/// Goes to a frame and waits for its picture.
-fn go(window: &mut Window, key: Key, frame: usize) {
-    window.key_press(key);
-    until(window, "the frame", |app| app.state().frame == frame);
-    until_shown(window);
-}
-
 #[test]
 fn every_frame_of_an_animation_is_exported_as_it_is_shown() {
     let (mut window, root, _folder) = opened();
@@ -916,11 +901,7 @@ fn a_measured_cell_is_shown_beside_its_truth() {
 #[test]
 fn an_export_is_sent_to_a_farm_into_a_folder_that_is_typed() {
     let test = "export::an_export_is_sent_to_a_farm_into_a_folder_that_is_typed";
-    let nothing = [
-        ("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"),
-        ("PATH", "/nonexistent"),
-    ];
-    if !super::alone(test, &nothing) {
+    if !super::alone(test, &super::NO_DIALOGS) {
         return;
     }
     let (mut window, root, folder) = opened_with_configuration();

@@ -1,7 +1,7 @@
 //! Keys of settings: set, gone through, moved, copied, shaped and removed; and what else the keyboard moves.
 
 use super::{
-    MIDDLE, Window, clay, clay_window, drag, picture, scroll_to, snapshot, until, until_shown,
+    MIDDLE, Window, clay, clay_window, drag, go, picture, scroll_to, snapshot, until, until_shown,
 };
 use afterlight::light::keyframes::Interpolation;
 use afterlight::scene::{LightSetting, Pass, Setting};
@@ -13,12 +13,6 @@ use egui_kittest::kittest::Queryable;
 fn frames(app: &StudioApp, of: Setting) -> Vec<f64> {
     let keys = app.state().look.keys(of).keys();
     keys.iter().map(|key| key.frame).collect()
-}
-
-fn go(window: &mut Window, key: Key, frame: usize) {
-    window.key_press(key);
-    until(window, "the frame", |app| app.state().frame == frame);
-    until_shown(window);
 }
 
 #[test]
@@ -133,16 +127,7 @@ fn plain_drag(window: &mut Window, from: Pos2, to: Pos2) {
 /// Types a value into a lane.
 fn type_value(window: &mut Window, setting: &str, text: &str) {
     let lane = format!("{setting} lane");
-    window
-        .get_by_role_and_label(Role::SpinButton, &lane)
-        .click();
-    window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.run_steps(2);
-    window.event(Event::Text(text.to_owned()));
-    window.run_steps(2);
-    window.key_press(Key::Enter);
-    window.run_steps(3);
+    super::type_into(window, (Role::SpinButton, &lane), text);
 }
 
 /// A window whose yaw has keys at the frames 0, 3 and 7, and whose exposure has some at 0 and 7.
@@ -162,6 +147,35 @@ fn animated(folder: &std::path::Path) -> Window {
     assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0, 7.0]);
     assert_eq!(frames(window.state(), Setting::Exposure), [0.0, 7.0]);
     window
+}
+
+#[test]
+fn going_to_another_frame_writes_no_file() {
+    let folder = crate::temporary();
+    let mut window = animated(folder.path());
+    let written = || {
+        ["look.json", "undo.json"].map(|name| {
+            let path = folder.path().join(name);
+            let changed = path.metadata().and_then(|data| data.modified()).ok();
+            (std::fs::read_to_string(path).unwrap_or_default(), changed)
+        })
+    };
+    // Closing it waits for what is being written.
+    drop(window);
+    let before = written();
+    assert!(before.iter().all(|(text, _)| text.contains("\"yaw\"")));
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    window = super::window(|ctx| StudioApp::over(ctx, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some()
+    });
+    assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0, 7.0]);
+    for frame in 1..4 {
+        go(&mut window, Key::ArrowRight, frame);
+    }
+    assert_ne!(window.state().state().look.yaw_deg, 0.0);
+    drop(window);
+    assert_eq!(written(), before);
 }
 
 /// What Ctrl+C puts on the clipboard.

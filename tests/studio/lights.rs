@@ -1,9 +1,12 @@
 //! Lights placed by hand: their settings, their groups, and their handles on panorama, sphere and picture.
 
-use super::{Window, clay_window, drag, picture, snapshot, until, until_shown};
+use super::{
+    Window, brightness, clay_window, drag, picture, retype, snapshot, type_into, until,
+    until_labelled, until_shown,
+};
 use afterlight::light::{LightGroup, PlacedLight};
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, PointerButton, vec2};
+use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
 
 fn lights(window: &Window) -> &[PlacedLight] {
@@ -45,22 +48,8 @@ fn choose(window: &mut Window, list: &str, entry: &str) {
 
 /// Types a number into a field.
 fn type_number(window: &mut Window, field: &str, text: &str) {
-    let role = Role::SpinButton;
-    window.get_by_role_and_label(role, field).scroll_to_me();
-    window.run_steps(4);
-    window.get_by_role_and_label(role, field).click();
-    window.run_steps(3);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.run_steps(2);
-    window.event(Event::Text(text.to_owned()));
-    window.run_steps(2);
-    window.key_press(Key::Enter);
-    window.run_steps(4);
+    type_into(window, (Role::SpinButton, field), text);
     until_shown(window);
-}
-
-fn brightness(rgb: &[u8]) -> u64 {
-    rgb.iter().map(|&code| u64::from(code)).sum()
 }
 
 #[test]
@@ -79,10 +68,7 @@ fn a_light_has_a_gain_in_stops_and_a_temperature_and_is_muted() {
     let first = fields.min_by(|a, b| a.rect().top().total_cmp(&b.rect().top()));
     first.unwrap().click();
     window.run_steps(3);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.run_steps(2);
-    window.event(Event::Text("3200".to_owned()));
-    window.run_steps(2);
+    retype(&mut window, "3200");
     window.key_press(Key::Enter);
     window.run_steps(4);
     until_shown(&mut window);
@@ -120,6 +106,7 @@ fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
     type_number(&mut window, "Gain of Group 1", "1.5");
     assert_eq!(groups(&window)[0].gain_stops, 1.5);
     assert!(brightness(&picture(&window)) > brightness(&both));
+    until_labelled(&mut window, "Light 2 on the picture");
     snapshot(&mut window, "studio_lights");
     click(&mut window, "Mute Group 1");
     assert_eq!(picture(&window), without);
@@ -129,15 +116,8 @@ fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
     assert_eq!(picture(&window)[..3], [0; 3], "the environment is off");
     click(&mut window, "Solo Group 1");
 
-    let field = "Name of Group 1";
-    window.get_by_role_and_label(Role::TextInput, field).click();
-    window.run_steps(3);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.run_steps(2);
-    window.event(Event::Text("Left side".to_owned()));
-    window.run_steps(2);
-    window.key_press(Key::Enter);
-    window.run_steps(4);
+    let field = (Role::TextInput, "Name of Group 1");
+    type_into(&mut window, field, "Left side");
     until_shown(&mut window);
     assert_eq!(groups(&window)[0].name, "Left side");
     assert!(
@@ -161,6 +141,26 @@ fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
 }
 
 #[test]
+fn the_first_of_two_groups_is_removed_and_the_other_stays() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    for _ in 0..2 {
+        add(&mut window);
+        choose(&mut window, "Group", "new group");
+    }
+    let of = |window: &Window| -> Vec<String> {
+        let lights = lights(window).iter();
+        lights.map(|light| light.group.clone()).collect()
+    };
+    assert_eq!(of(&window), ["Group 1", "Group 2"]);
+    click(&mut window, "Remove Group 1; its lights stay");
+    let names: Vec<&str> = groups(&window).iter().map(|group| &*group.name).collect();
+    assert_eq!(names, ["Group 2"]);
+    assert_eq!(of(&window), ["", "Group 2"]);
+}
+
+#[test]
 fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
     let folder = crate::temporary();
     let mut window = clay_window(folder.path());
@@ -175,7 +175,7 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
     };
     assert!(to(&window).x < -0.3, "it begins at the camera's left");
     // The picture shows where it falls: on the left of the ball, above its middle.
-    super::until_labelled(&mut window, "Light 1 on the picture");
+    until_labelled(&mut window, "Light 1 on the picture");
     window.run_steps(3);
     let pane = window.get_by_label("Relit picture").rect();
     let falls = window
@@ -204,7 +204,7 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
     let pulled = to(&window);
     assert!(pulled.x < -0.5 && pulled.y.abs() < 0.2, "{pulled}");
 
-    super::until_labelled(&mut window, "Light 1 on the picture");
+    until_labelled(&mut window, "Light 1 on the picture");
     until(&mut window, "rest", |app| !app.state().is_dragged());
     let before = lights(&window).len();
     pull(&mut window, "Light 1 on the picture", vec2(210.0, 0.0));

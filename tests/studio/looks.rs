@@ -1,9 +1,11 @@
 //! Looks that are stored, shown, shared between projects and compared; undo that outlives the window.
 
-use super::{Window, clay, clay_window, picture, until, until_shown, window};
+use super::{Window, clay, clay_window, picture, retype, until, until_shown, window};
+use afterlight::gpu::DeviceChoice;
 use afterlight::project::{Lock, Project};
 use afterlight::studio::{FourSlot, LookId, LookName, Preferences, Shelf, StudioApp};
-use egui::{Event, Key, Modifiers};
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers, pos2};
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
 
@@ -27,10 +29,7 @@ fn open_looks(window: &mut Window) {
 fn store(window: &mut Window, name: &str, button: &str) {
     window.get_by_label("Name of the look").click();
     window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.run_steps(2);
-    window.event(Event::Text(name.to_owned()));
-    window.run_steps(2);
+    retype(window, name);
     window.get_by_label(button).click();
     window.run_steps(2);
     until_drawn(window, &id(Shelf::Project, name));
@@ -57,19 +56,24 @@ fn choose(window: &mut Window, look: &str, entry: &str) {
 
 /// Makes the look half a stop brighter.
 fn brighten(window: &mut Window) {
-    let field = |window: &Window, act: fn(&egui_kittest::Node)| {
-        act(&window.get_by_role_and_label(egui::accesskit::Role::SpinButton, "Exposure"));
-    };
-    field(window, |field| field.scroll_to_me());
-    window.run_steps(4);
-    field(window, |field| field.click());
-    window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.run_steps(2);
-    window.event(Event::Text("+0.5".to_owned()));
-    window.run_steps(2);
+    super::type_into(window, (Role::SpinButton, "Exposure"), "+0.5");
+}
+
+/// Gives a look another name.
+fn rename(window: &mut Window, look: &str, name: &str) {
+    window.get_by_label(&format!("More for {look}")).click();
+    window.run_steps(3);
+    window.get_by_label("Rename…").click();
+    window.run_steps(3);
+    retype(window, name);
     window.key_press(Key::Enter);
     window.run_steps(3);
+}
+
+/// The names of the project's looks.
+fn names(window: &Window) -> Vec<String> {
+    let looks = window.state().looks().looks(Shelf::Project).iter();
+    looks.map(|look| look.name.to_string()).collect()
 }
 
 /// Changes environment, yaw and exposure.
@@ -166,7 +170,13 @@ fn an_update_is_a_new_version_and_older_ones_come_back() {
     window.get_by_label("Night, version 1").click();
     until_shown(&mut window);
     assert!(picture(&window) == first);
-    super::snapshot(&mut window, "studio_looks");
+    // When each was stored stands behind its picture, below its name.
+    let told = ["Night, version 1", "Night, version 2"].map(|row| {
+        let row = window.get_by_label(row).rect();
+        let from = pos2(row.left() + 1.4 * row.height(), row.center().y);
+        egui::Rect::from_min_max(from, row.max)
+    });
+    super::snapshot_without(&mut window, "studio_looks", &told);
     window.get_by_label("Update").click();
     until(&mut window, "third version", |app| {
         let newest = app.looks().version(&id(Shelf::Project, "Night"), None);
@@ -183,20 +193,9 @@ fn looks_are_renamed_duplicated_removed_and_brought_back() {
     let mut window = clay_window(folder.path());
     open_looks(&mut window);
     store(&mut window, "Day", "Store");
-    window.get_by_label("More for Day").click();
-    window.run_steps(3);
-    window.get_by_label("Rename…").click();
-    window.run_steps(3);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.event(Event::Text("Noon".to_owned()));
-    window.key_press(Key::Enter);
-    window.run_steps(3);
+    rename(&mut window, "Day", "Noon");
     until(&mut window, "new name", |app| !app.looks().is_busy());
     choose(&mut window, "Noon", "Duplicate");
-    let names = |window: &Window| -> Vec<String> {
-        let looks = window.state().looks().looks(Shelf::Project).iter();
-        looks.map(|look| look.name.to_string()).collect()
-    };
     assert_eq!(names(&window), ["Noon", "Noon 2"]);
     choose(&mut window, "Noon", "Remove");
     assert_eq!(names(&window), ["Noon 2"]);
@@ -209,16 +208,74 @@ fn looks_are_renamed_duplicated_removed_and_brought_back() {
     });
     assert_eq!(names(&window), ["Noon", "Noon 2"]);
     // What no folder can be called is said, and nothing is lost.
-    window.get_by_label("More for Noon").click();
-    window.run_steps(3);
-    window.get_by_label("Rename…").click();
-    window.run_steps(3);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.event(Event::Text("a/b".to_owned()));
-    window.key_press(Key::Enter);
-    window.run_steps(3);
+    rename(&mut window, "Noon", "a/b");
     window.get_by_label_contains("cannot have /");
     assert_eq!(names(&window), ["Noon", "Noon 2"]);
+}
+
+#[test]
+fn a_name_that_another_look_has_is_refused_and_the_shown_look_stays_itself() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    open_looks(&mut window);
+    store(&mut window, "Night", "Store");
+    relight(&mut window);
+    store(&mut window, "Day", "Store");
+    rename(&mut window, "Day", "night");
+    window.get_by_label_contains("A look is called Night already");
+    let current = window.state().looks().current.clone();
+    assert_eq!(current, Some((id(Shelf::Project, "Day"), 1)));
+    assert_eq!(names(&window), ["Day", "Night"]);
+}
+
+#[test]
+fn a_name_in_other_capitals_is_that_of_the_stored_look() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    open_looks(&mut window);
+    store(&mut window, "Warm", "Store");
+    store(&mut window, "Cold", "Store");
+    relight(&mut window);
+    window.get_by_label("Name of the look").click();
+    window.run_steps(2);
+    retype(&mut window, "warm");
+    window.get_by_label("Update").click();
+    window.run_steps(2);
+    until(&mut window, "second version", |app| {
+        app.looks().current == Some((id(Shelf::Project, "Warm"), 2))
+    });
+    until_drawn(&mut window, &id(Shelf::Project, "Warm"));
+    assert_eq!(names(&window), ["Cold", "Warm"]);
+}
+
+#[test]
+fn a_thumbnail_is_as_exported_whatever_is_looked_at() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    open_looks(&mut window);
+    window.key_press(Key::E);
+    until_shown(&mut window);
+    window.get_by_label("Name of the look").click();
+    window.run_steps(2);
+    retype(&mut window, "Any");
+    window.get_by_label("Store").click();
+    let any = id(Shelf::Project, "Any");
+    let newest = |app: &StudioApp| app.looks().version(&any, None).cloned();
+    until(&mut window, "look", |app| newest(app).is_some());
+    window.run_steps(4);
+    until(&mut window, "rest", |app| !app.looks().is_busy());
+    assert!(newest(window.state()).unwrap().picture.is_none());
+    window.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    until_drawn(&mut window, &any);
+}
+
+#[test]
+fn a_look_that_is_dropped_where_no_project_is_open_says_what_to_do() {
+    let folder = crate::temporary();
+    let mut window = window(|ctx| StudioApp::new(ctx, None, DeviceChoice::Cpu));
+    super::drop_onto(&mut window, folder.path().join("Moon.look.json"));
+    let said = window.state().status().refusal.clone().unwrap();
+    assert!(said.starts_with("Open a project first"), "{said}");
 }
 
 /// A saved project in a folder of its own, with two environments.
@@ -328,8 +385,12 @@ fn a_look_is_written_into_a_file_and_loaded_by_dropping_it() {
     until_drawn(&mut window, &id(Shelf::Project, "Moon"));
     assert_eq!(window.state().state().look.exposure_stops, stored);
     // Twice the same is one version; what is no look is said.
+    brighten(&mut window);
+    assert_ne!(window.state().state().look.exposure_stops, stored);
     super::drop_onto(&mut window, file.clone());
-    until(&mut window, "end of loading", |app| !app.looks().is_busy());
+    until(&mut window, "end of loading", |app| {
+        app.state().look.exposure_stops == stored && !app.looks().is_busy()
+    });
     let versions = |window: &Window| {
         window.state().looks().looks(Shelf::Project)[0]
             .versions

@@ -1,8 +1,8 @@
 //! How the picture is looked at, of which nothing is exported; and the scopes, which count what is seen.
 
 use super::{
-    MIDDLE, Window, clay, clay_window, drag, picture, snapshot, until, until_labelled, until_shown,
-    window,
+    MIDDLE, Window, brightness, clay, clay_window, drag, picture, snapshot, until, until_labelled,
+    until_shown, window,
 };
 use afterlight::color_config::ColorConfig;
 use afterlight::project::Project;
@@ -19,10 +19,6 @@ fn press(window: &mut Window, key: Key, times: usize) {
     (0..times).for_each(|_| window.key_press(key));
     window.run_steps(2 * times + 2);
     until_shown(window);
-}
-
-fn brightness(rgb: &[u8]) -> u64 {
-    rgb.iter().map(|&code| u64::from(code)).sum()
 }
 
 /// The value of a number in the bar above the picture, after it was dragged by points to the right.

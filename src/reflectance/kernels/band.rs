@@ -6,9 +6,10 @@
 //! matrix product whose right factor is read at shifted places, over all pixels of the band at once.
 //! What comes out between rows is thrown away.
 
+use super::chunks::arch;
 use super::shape::Shape;
 use super::tile::{self, Factor, MAX_POSITIONS, Packed, ROWS, Tile};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use std::cell::RefCell;
 
@@ -326,7 +327,7 @@ pub fn convolve(
         band.fill(shape, shape.inputs, &mut values, |c, y, into| {
             row(picture, c, y, into)
         });
-        Arch::new().dispatch(Product {
+        arch().dispatch(Product {
             band: &band,
             values: &values,
             weights: match &packed {

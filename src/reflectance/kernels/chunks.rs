@@ -2,10 +2,30 @@
 
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The fewest elements worth a thread: with fewer, waking it costs more than it gains. Work of less than two
 /// such shares stays on the calling thread.
 pub const WORTH_A_THREAD: usize = 1 << 14;
+
+/// Whether vectors stay as narrow as without AVX-512.
+static AVX2_ALONE: AtomicBool = AtomicBool::new(false);
+
+/// Keeps f32 kernels to AVX2 in this process, which is what most processors have. For benches.
+pub fn keep_to_avx2() {
+    AVX2_ALONE.store(true, Ordering::Relaxed);
+}
+
+/// The processor's widest vectors.
+pub(super) fn arch() -> Arch {
+    #[cfg(target_arch = "x86_64")]
+    if AVX2_ALONE.load(Ordering::Relaxed)
+        && let Some(avx2) = pulp::x86::V3::try_new()
+    {
+        return Arch::V3(avx2);
+    }
+    Arch::new()
+}
 
 /// Runs `work` with the processor's widest vectors.
 ///
@@ -27,7 +47,7 @@ pub fn vectorized<T>(work: impl FnMut() -> T) -> T {
         }
     }
 
-    Arch::new().dispatch(Vectorized(work))
+    arch().dispatch(Vectorized(work))
 }
 
 /// Calls `work(index, chunk)` for each chunk of `size` elements of `out` (the last may be shorter)

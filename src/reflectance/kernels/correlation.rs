@@ -1,9 +1,10 @@
 //! Gradients by weights and biases of large pictures.
 
 use super::band::{Band, SCRATCH};
+use super::chunks::arch;
 use super::shape::{Shape, Sources};
 use super::tile::{self, ROWS};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Gradients by weights and biases for large pictures: each weight is the correlation of an output's
@@ -60,7 +61,7 @@ pub fn correlate(
                 band.fill(shape, shape.inputs, &mut right, |c, y, into| {
                     into.copy_from_slice(shape.input_row(x, picture, c, y));
                 });
-                Arch::new().dispatch(Correlation {
+                arch().dispatch(Correlation {
                     shape,
                     band: &band,
                     left: &left,

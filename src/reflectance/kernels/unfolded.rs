@@ -3,12 +3,12 @@
 //! the order in which they lie.
 
 use super::band::Band;
-use super::chunks::WORTH_A_THREAD;
+use super::chunks::{WORTH_A_THREAD, arch};
 use super::correlation::add;
 use super::pointwise::Activation;
 use super::shape::{Shape, Sources};
 use super::tile::{self, Factor, MAX_POSITIONS, Packed, ROWS, Tile};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 /// A picture unfolded: `[pixels, row_length]`, in a row the order of an output channel's weights.
@@ -58,7 +58,7 @@ pub fn forward(
         let least = (WORTH_A_THREAD / (ROWS * columns)).max(1);
         blocks.with_min_len(least).for_each(|(block, out)| {
             let first = block * ROWS;
-            Arch::new().dispatch(Outputs {
+            arch().dispatch(Outputs {
                 weight: &weight[first * columns..],
                 columns,
                 unfolded: &unfolded,
@@ -152,7 +152,7 @@ pub fn by_weights(
         let parts = weight.par_chunks_mut(part * columns);
         let parts = parts.zip(gradient.par_chunks(part * pixels));
         parts.for_each(|(weight, gradient)| {
-            Arch::new().dispatch(ByWeights {
+            arch().dispatch(ByWeights {
                 gradient,
                 unfolded: &unfolded,
                 pixels,
@@ -235,7 +235,7 @@ fn fold(shape: &Shape, weight: &[f32], gradient: &[f32], input: &mut [f32]) {
     });
     let blocks = spread.par_chunks_mut(pixels * COLUMNS).enumerate();
     blocks.for_each(|(block, spread)| {
-        Arch::new().dispatch(SpreadGradient {
+        arch().dispatch(SpreadGradient {
             gradient: &gradient,
             weight,
             pixels,

@@ -3,6 +3,7 @@
 use crate::favourites::Favourites;
 use crate::history::History;
 use crate::layout::Layout;
+use crate::look::LookSettings;
 use crate::preferences::Preferences;
 use crate::saved_history;
 use crate::saved_look::SavedLook;
@@ -105,7 +106,7 @@ impl Autosave {
             None => SavedLook::load(project, mine),
         };
         let loaded = loaded.map(|saved| saved.into_iter().for_each(|saved| saved.apply(look)));
-        self.look = SavedLook::of(look);
+        self.look = SavedLook::of(&at_first_frame(look));
         let unwritten = self.saver.unwritten(&saved_history::path(project));
         let history = History::load(project, unwritten.as_deref(), look);
         let history = history.map(|history| state.remember(history));
@@ -115,11 +116,12 @@ impl Autosave {
 
     /// Saves a project's look and the steps to it if they changed. The steps come first: see [`saved_history`].
     pub fn save_look(&mut self, project: &Project, state: &State) {
-        let (look, history) = (SavedLook::of(&state.look), state.history());
+        let present = at_first_frame(&state.look);
+        let (look, history) = (SavedLook::of(&present), state.history());
         let steps = history.map(<[_]>::len);
         let is_changed = look != self.look;
         if (is_changed || steps != self.steps)
-            && let Some(text) = History::text(history, &state.look)
+            && let Some(text) = History::text(history, &present)
         {
             self.saver.save(saved_history::path(project), text);
         }
@@ -139,4 +141,11 @@ impl Autosave {
         self.failed = self.saver.failed();
         self.saver.failures()
     }
+}
+
+/// A look as it is saved: what has keys follows the frame, and another frame is no change.
+fn at_first_frame(look: &LookSettings) -> LookSettings {
+    let mut look = look.clone();
+    look.follow(0);
+    look
 }

@@ -12,7 +12,6 @@ impl StudioApp {
             Command::Look(LookCommand::Redo) if self.paints(false) => {
                 self.readers.matte.travel(false)
             }
-            Command::Look(LookCommand::StepEnvironment(step)) => self.step_environment(step),
             Command::Look(command) => {
                 if matches!(command, LookCommand::AddEnvironments(_)) {
                     // It answers why files that were dropped before are none.

@@ -73,8 +73,13 @@ impl StudioApp {
         if path.join("project.toml").exists() {
             return Some(Command::Project(ProjectCommand::Open(path)));
         }
-        if path.to_string_lossy().ends_with(ENDING) && self.session.project.is_some() {
-            return Some(Command::Looks(LooksCommand::Load(path)));
+        if path.to_string_lossy().ends_with(ENDING) {
+            if self.session.project.is_some() {
+                return Some(Command::Looks(LooksCommand::Load(path)));
+            }
+            let said = "Open a project first: a look is shown in a project";
+            self.status.refuse(said.to_owned());
+            return None;
         }
         if is_shoot(&path) {
             let lost = Some(Need::Shoot);

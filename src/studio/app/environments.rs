@@ -7,6 +7,8 @@ use crate::environment_groups;
 impl StudioApp {
     pub(super) fn apply_to_environments(&mut self, command: EnvironmentsCommand) {
         match command {
+            EnvironmentsCommand::Step(step) => self.step_environment(step),
+            EnvironmentsCommand::ReadAgain(entry) => self.library.read_again(entry),
             EnvironmentsCommand::ToggleFavourite(entry) => {
                 let entry = entry.unwrap_or(self.state.look.environment);
                 if let Some(entry) = self.library.entries().get(entry) {
@@ -19,7 +21,7 @@ impl StudioApp {
     }
 
     /// Lights the subject by the entry so many places further in the list as it is shown.
-    pub(super) fn step_environment(&mut self, step: isize) {
+    fn step_environment(&mut self, step: isize) {
         let groups = environment_groups::shown(self.library.entries(), &self.state.search);
         if let Some(next) = environment_groups::step(&groups, self.state.look.environment, step) {
             self.apply(Command::Look(LookCommand::Environment(next)));

@@ -51,6 +51,20 @@ impl StudioApp {
         });
     }
 
+    /// The same for the open project: nothing follows once another is open.
+    pub(super) fn errand_here<T: Send + 'static>(
+        &mut self,
+        act: impl FnOnce() -> Result<T> + Send + 'static,
+        then: impl FnOnce(&mut Self, Result<T>) + Send + 'static,
+    ) {
+        let root = self.project().map(|project| project.root.clone());
+        self.errand(act, move |app, made| {
+            if app.project().map(|project| &project.root) == root.as_ref() {
+                then(app, made);
+            }
+        });
+    }
+
     /// Does what follows of errands that are done.
     pub(super) fn finish_errands(&mut self) {
         while let Some(then) = self.errands.done() {

@@ -9,6 +9,7 @@ use crate::look_shelf::write_to;
 use crate::stored_look::StoredLook;
 use crate::stored_looks::{LookId, LookNews, Shelf};
 use base::files::shown;
+use scene::Inspection;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use worker::SrgbPicture;
@@ -39,6 +40,13 @@ impl StudioApp {
             LooksCommand::Rename(id, name) => {
                 self.writable(id.shelf)?;
                 let name = LookName::new(&name).map_err(|e| e.to_string())?;
+                let names = self.names(id.shelf);
+                let taken = |one: &&LookName| one.is_like(&name) && **one != id.name;
+                if let Some(taken) = names.iter().find(taken) {
+                    return Err(format!(
+                        "A look is called {taken} already. Choose another name"
+                    ));
+                }
                 let to = LookId {
                     shelf: id.shelf,
                     name: name.clone(),
@@ -56,17 +64,17 @@ impl StudioApp {
             LooksCommand::Duplicate(id) => {
                 self.writable(id.shelf)?;
                 let taken: Vec<LookName> = self.names(id.shelf);
-                let copy = id.name.free(&taken).map_err(|e| e.to_string())?;
+                let copy = id.name.free(&taken);
                 self.looks.act(id.shelf, move |shelf| {
                     shelf.copy(shelf, &id.name, &copy).map(|()| None)
                 });
             }
             LooksCommand::Remove(id) => {
                 self.writable(id.shelf)?;
-                let said = format!("{} was removed: Looks, Removed brings it back", id.name);
-                self.status.say(said);
-                self.looks
-                    .act(id.shelf, move |shelf| shelf.remove(&id.name).map(|()| None));
+                let said = format!("{} was removed. Restore it under Removed in Looks", id.name);
+                self.looks.act_and_say(id.shelf, said, move |shelf| {
+                    shelf.remove(&id.name).map(|()| None)
+                });
             }
             LooksCommand::BringBack(id) => {
                 self.writable(id.shelf)?;
@@ -115,10 +123,7 @@ impl StudioApp {
     fn store_look(&mut self, shelf: Shelf, name: LookName) -> Result<(), String> {
         self.writable(shelf)?;
         let look = StoredLook::of(&self.state.look);
-        self.looks.act(shelf, move |shelf| {
-            let number = shelf.store(&name, &look)?;
-            Ok(Some((name, number)))
-        });
+        (self.looks).act(shelf, move |shelf| shelf.store(&name, &look).map(Some));
         Ok(())
     }
 
@@ -131,11 +136,11 @@ impl StudioApp {
         self.writable(to)?;
         let from = self.looks.shelf(id.shelf).cloned();
         let from = from.ok_or("This look is not stored any more")?;
-        self.status.say(match to {
+        let said = match to {
             Shelf::Person => format!("{} is kept for all projects", id.name),
             Shelf::Project => format!("{} is stored in this project", id.name),
-        });
-        self.looks.act(to, move |shelf| {
+        };
+        self.looks.act_and_say(to, said, move |shelf| {
             shelf.copy(&from, &id.name, &id.name).map(|()| None)
         });
         Ok(())
@@ -160,7 +165,7 @@ impl StudioApp {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let name = name.strip_suffix(ENDING).or(name.strip_suffix(".json"));
         let name = name.and_then(|name| LookName::new(name).ok());
-        self.errand(
+        self.errand_here(
             move || StoredLook::read(&path),
             move |app, read| match read {
                 Ok(look) => {
@@ -168,9 +173,8 @@ impl StudioApp {
                     app.show_look(look.clone());
                     // Without a name that a folder can have it is shown alone.
                     if let (Some(name), Ok(())) = (name, app.writable(Shelf::Project)) {
-                        app.looks.act(Shelf::Project, move |shelf| {
-                            let number = shelf.store(&name, &look)?;
-                            Ok(Some((name, number)))
+                        (app.looks).act(Shelf::Project, move |shelf| {
+                            shelf.store(&name, &look).map(Some)
                         });
                     }
                 }
@@ -189,7 +193,7 @@ impl StudioApp {
             }
             return self.show_listed(look, false);
         };
-        self.errand(
+        self.errand_here(
             move || Ok((file.is_file(), file)),
             move |app, found| {
                 // Looking for a file cannot fail.
@@ -213,14 +217,15 @@ impl StudioApp {
     fn miss_environment(&mut self, look: &StoredLook, file: Option<&Path>) {
         let name = &look.environment.name;
         let list = &self.state.look.environments;
-        let place = file.map_or(String::new(), |file| format!(", {}", shown(file)));
+        let file = file.map(shown);
         if look.environment.namesake_in(list).is_some() {
-            let said = format!(
-                "\u{201c}{name}\u{201d} is this project's; the look was made with another{place}"
-            );
-            return self.status.say(said);
+            let with = file.unwrap_or_else(|| "another environment".to_owned());
+            return self.status.say(format!(
+                "\u{201c}{name}\u{201d} is another file here; the look was made with {with}"
+            ));
         }
         if !name.is_empty() {
+            let place = file.map_or(String::new(), |file| format!(", {file}"));
             self.status.refuse(format!(
                 "The look's environment \u{201c}{name}\u{201d}{place} is not here. All else of the look is shown; add the \
                  environment and click the look again"
@@ -245,6 +250,7 @@ impl StudioApp {
         for news in self.looks.receive() {
             match news {
                 LookNews::Stored(id, number) => self.looks.current = Some((id, number)),
+                LookNews::Done(sentence) => self.status.say(sentence),
                 LookNews::Failed(sentence) => self.status.refuse(sentence),
                 LookNews::Unreadable(sentence) => self.status.say(sentence),
             }
@@ -265,8 +271,11 @@ impl StudioApp {
             return;
         }
         let whole = relit.coarse == 1 && !relit.rgb.is_empty() && relit.solo.is_empty();
+        let scene = &relit.scene;
+        let as_exported =
+            scene.viewing.is_neutral() && scene.effects.inspection == Inspection::Picture;
         let is_its = version.is_some_and(|version| version.look.is(&state.look, state.frame));
-        if !whole || !is_its || relit.scene != state.scene_of(&state.look) {
+        if !whole || !as_exported || !is_its || *scene != state.scene_of(&state.look) {
             return;
         }
         let listed = state.look.environments.get(state.look.environment);

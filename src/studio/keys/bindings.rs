@@ -72,6 +72,8 @@ const fn verdict(mark: Mark) -> Command {
 }
 
 const FAVOURITE: Command = Environments(EnvironmentsCommand::ToggleFavourite(None));
+const NEXT_ENVIRONMENT: Command = Environments(EnvironmentsCommand::Step(1));
+const PREVIOUS_ENVIRONMENT: Command = Environments(EnvironmentsCommand::Step(-1));
 const NEXT_WORST: Command = Review(ReviewCommand::NextWorst);
 const TRAIN: Command = Training(TrainingCommand::Start { fresh: false });
 
@@ -98,8 +100,8 @@ pub const BINDINGS: &[Binding] = &[
     on(CTRL, Key::Num3, workspace(Workspace::Relight), "Relight workspace"),
     on(CTRL, Key::Num4, workspace(Workspace::Review), "Review workspace"),
     on(CTRL, Key::Num5, workspace(Workspace::Export), "Export workspace"),
-    on(Modifiers::ALT, Key::ArrowRight, Look(LookCommand::StepEnvironment(1)), "Next environment"),
-    on(Modifiers::ALT, Key::ArrowLeft, Look(LookCommand::StepEnvironment(-1)), "Previous environment"),
+    on(Modifiers::ALT, Key::ArrowRight, NEXT_ENVIRONMENT, "Next environment"),
+    on(Modifiers::ALT, Key::ArrowLeft, PREVIOUS_ENVIRONMENT, "Previous environment"),
 
     within(PROBE, SHIFT, Key::ArrowRight, nudge_circle(0.1, 0.0, 0.0), "Circle 0.1 px right"),
     within(PROBE, SHIFT, Key::ArrowLeft, nudge_circle(-0.1, 0.0, 0.0), "Circle 0.1 px left"),
@@ -158,9 +160,9 @@ pub const BINDINGS: &[Binding] = &[
     within(LAMPS, NONE, Key::N, NEXT_WORST, "Next worst cell without a verdict"),
 
     within(ENVIRONMENTS, CTRL, Key::F, Window(WindowCommand::FocusPane), "Search the environments"),
-    within(ENVIRONMENTS, NONE, Key::ArrowUp, Look(LookCommand::StepEnvironment(-1)), "Previous environment"),
-    within(ENVIRONMENTS, NONE, Key::ArrowDown, Look(LookCommand::StepEnvironment(1)), "Next environment"),
-    within(ENVIRONMENTS, NONE, Key::S, FAVOURITE, "Make it a favourite, or no longer"),
+    within(ENVIRONMENTS, NONE, Key::ArrowUp, PREVIOUS_ENVIRONMENT, "Previous environment"),
+    within(ENVIRONMENTS, NONE, Key::ArrowDown, NEXT_ENVIRONMENT, "Next environment"),
+    within(ENVIRONMENTS, NONE, Key::S, FAVOURITE, "Add to favourites or remove"),
 
     on(NONE, Key::Space, View(ViewCommand::TogglePlay), "Play or stop"),
     on(CTRL, Key::L, View(ViewCommand::ToggleLoop), "Loop between in and out"),

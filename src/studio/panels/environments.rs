@@ -56,7 +56,7 @@ impl EnvironmentsPanel {
         let groups = environment_groups::shown(context.environments, &context.state.search);
         self.search_ui(ui, context, &groups, out);
         if groups.is_empty() {
-            ui.label(RichText::new("None has these words").color(theme::QUIET));
+            ui.label(RichText::new("No environment matches").color(theme::QUIET));
         }
         let shown = context.state.look.environment;
         let is_new = self.last.is_some_and(|last| last != shown);
@@ -102,13 +102,18 @@ impl EnvironmentsPanel {
         if !ui.is_rect_visible(row.rect) {
             return;
         }
-        if (entry.favourite || chosen || is_over) && star_ui(ui, entry, row.rect) {
+        if (entry.favourite || chosen || is_over) && star_ui(ui, i, entry, row.rect) {
             let toggle = EnvironmentsCommand::ToggleFavourite(Some(i));
             out.push(Command::Environments(toggle));
         } else if chosen && entry.listed.owner == Owner::Person && remove_ui(ui, entry, row.rect) {
             out.push(Command::Look(LookCommand::RemoveEnvironment(i)));
-        } else if row.clicked() && !(chosen && context.state.solo.is_empty()) {
-            out.push(Command::Look(LookCommand::Environment(i)));
+        } else if row.clicked() {
+            if entry.panorama.is_failed() {
+                out.push(Command::Environments(EnvironmentsCommand::ReadAgain(i)));
+            }
+            if !(chosen && context.state.solo.is_empty()) {
+                out.push(Command::Look(LookCommand::Environment(i)));
+            }
         }
     }
 
@@ -155,7 +160,7 @@ impl EnvironmentsPanel {
         } else if response.has_focus() {
             for (key, step) in [(Key::ArrowDown, 1), (Key::ArrowUp, -1)] {
                 if pressed(key) {
-                    out.push(Command::Look(LookCommand::StepEnvironment(step)));
+                    out.push(Command::Environments(EnvironmentsCommand::Step(step)));
                 }
             }
         }
@@ -255,7 +260,9 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         ui.painter().galley(below, state, theme::QUIET);
     }
     match &entry.panorama {
-        PanoramaState::Failed(sentence) => response.on_hover_text(sentence),
+        PanoramaState::Failed(sentence) => {
+            response.on_hover_text(format!("{sentence}\nA click reads it again"))
+        }
         PanoramaState::Done { panorama, .. } => {
             let (width, height) = panorama.size;
             let (from, whose) = (&entry.listed.origin, entry.listed.owner.says());
@@ -294,17 +301,17 @@ fn remove_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
 }
 
 /// The star over a row's picture; returns whether it was clicked.
-fn star_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
+fn star_ui(ui: &Ui, i: usize, entry: &EnvironmentEntry, row: Rect) -> bool {
     let name = &entry.listed.name;
     let (called, hint) = match entry.favourite {
-        true => (format!("Unstar {name}"), "No longer a favourite"),
+        true => (format!("Unstar {name}"), "Removes it from the favourites"),
         false => (
             format!("Star {name}"),
             "A favourite: first in the list, in every project. Key: S",
         ),
     };
     let place = Rect::from_min_size(row.min + vec2(8.0, 5.0), Vec2::splat(STAR));
-    let response = ui.interact(place, ui.scope_id().with(("star", name)), Sense::click());
+    let response = ui.interact(place, ui.scope_id().with(("star", i)), Sense::click());
     response.widget_info(|| {
         egui::WidgetInfo::selected(egui::Role::Button, true, entry.favourite, &called)
     });

@@ -4,7 +4,7 @@ use super::bar_ui;
 use super::diamond::{animated_ui, beside_ui};
 use super::front;
 use super::group::Heading;
-use super::lights;
+use super::lights::{self, relit};
 use super::numbers::computing;
 use super::panorama::Preview;
 use super::rows::{BESIDE, Row, choice_ui, grid};
@@ -131,11 +131,6 @@ const GRADES: [Row<Lighting>; 3] = [
         hint: "",
     },
 ];
-
-/// The command that sets the light's settings.
-fn relit(lighting: Lighting) -> Command {
-    Command::Look(LookCommand::Lighting(Box::new(lighting)))
-}
 
 /// How the environment is turned and split among the lamps. Returns whether the person wants to pick the front again.
 fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {

@@ -52,6 +52,7 @@ struct Edit {
     lighting: Lighting,
     chosen: Option<usize>,
     removed: Option<usize>,
+    removed_group: Option<usize>,
 }
 
 /// The buttons that place a light by the face, and that add one.
@@ -84,6 +85,7 @@ pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         lighting: lighting.clone(),
         chosen: context.state.chosen_light(),
         removed: None,
+        removed_group: None,
     };
     let of_group = |lighting: &Lighting, group: Option<&str>| -> Vec<usize> {
         let lights = lighting.placed.iter().enumerate();
@@ -110,6 +112,10 @@ pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             other => other,
         };
     }
+    if let Some(removed) = edit.removed_group {
+        let group = edit.lighting.groups.remove(removed);
+        regroup(&mut edit.lighting, &group.name, "");
+    }
     if edit.lighting != *lighting {
         out.push(relit(edit.lighting));
     }
@@ -119,7 +125,7 @@ pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 }
 
 /// The command that sets the light's settings.
-fn relit(lighting: Lighting) -> Command {
+pub(super) fn relit(lighting: Lighting) -> Command {
     Command::Look(LookCommand::Lighting(Box::new(lighting)))
 }
 
@@ -352,6 +358,7 @@ fn bar(
     let field = computing(&mut changed)
         .speed(speed)
         .range(range.clone())
+        .clamp_existing_to_range(false)
         .fixed_decimals(decimals)
         .suffix(suffix);
     let response = bar_ui(ui, name, (field, value, &range), BESIDE, out, reset);
@@ -406,9 +413,9 @@ fn group_ui(ui: &mut Ui, index: usize, edit: &mut Edit, out: &mut Vec<Command>) 
         .map(|group| group.name.clone())
         .collect();
     let title = &names[index];
-    let mut removed = false;
     ui.push_id(("group", index), |ui| {
         let group = &mut edit.lighting.groups[index];
+        let removed = &mut edit.removed_group;
         let mut renamed = None;
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
@@ -419,7 +426,9 @@ fn group_ui(ui: &mut Ui, index: usize, edit: &mut Edit, out: &mut Vec<Command>) 
             let name = format!("Name of {title}");
             renamed = name_ui(ui, id, title, "", &name).1;
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                removed = remove_ui(ui, &format!("Remove {title}; its lights stay"));
+                if remove_ui(ui, &format!("Remove {title}; its lights stay")) {
+                    *removed = Some(index);
+                }
             });
         });
         let reset = || {
@@ -439,10 +448,6 @@ fn group_ui(ui: &mut Ui, index: usize, edit: &mut Edit, out: &mut Vec<Command>) 
             edit.lighting.groups[index].name = name;
         }
     });
-    if removed {
-        regroup(&mut edit.lighting, title, "");
-        edit.lighting.groups.retain(|group| group.name != *title);
-    }
 }
 
 /// Brings the lights of one group into another, or into none.

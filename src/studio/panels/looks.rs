@@ -135,9 +135,12 @@ impl LooksPanel {
                 // An update goes to the shelf that the look is on.
                 name.as_ref().is_ok_and(|name| name.is_like(&id.name))
             });
-            let id = name.as_ref().ok().map(|name| LookId {
-                shelf: named.map_or(Shelf::Project, |id| id.shelf),
-                name: named.map_or_else(|| name.clone(), |id| id.name.clone()),
+            let id = name.as_ref().ok().map(|name| {
+                let shelf = named.map_or(Shelf::Project, |id| id.shelf);
+                let mut stored = context.looks.looks(shelf).iter().map(|look| &look.name);
+                let like = stored.find(|one| one.is_like(name));
+                let name = like.unwrap_or(name).clone();
+                LookId { shelf, name }
             });
             let newest = id.as_ref().and_then(|id| context.looks.version(id, None));
             let state = context.state;
@@ -147,7 +150,7 @@ impl LooksPanel {
                 (_, Some(_)) if is_project => Some("This window only reads the project".to_owned()),
                 _ if self.name.trim().is_empty() => Some("Type a name first".to_owned()),
                 (Err(e), _) => Some(e.to_string()),
-                _ if same => Some("This look is stored as it is".to_owned()),
+                _ if same => Some("Nothing changed since it was stored".to_owned()),
                 _ => None,
             };
             let (words, hint) = match newest {

@@ -7,8 +7,8 @@ use std::mem::discriminant;
 /// The lights that are placed on the picture, and how the window came to them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Aiming {
-    /// The light that was chosen last, by its index; see [`State::chosen_light`].
-    pub chosen: Option<usize>,
+    /// The light that was chosen last, by its id; see [`State::chosen_light`].
+    chosen: Option<u32>,
     /// How often a press began to place a light …
     drag: u64,
     /// … and for which of them a light was placed.
@@ -29,8 +29,15 @@ impl Aiming {
 impl State {
     /// The light placed by hand that was chosen last, by its index, if it is still there.
     pub fn chosen_light(&self) -> Option<usize> {
-        let lights = self.look.lighting.placed.len();
-        self.aiming.chosen.filter(|&light| light < lights)
+        let chosen = self.aiming.chosen?;
+        let mut lights = self.look.lighting.placed.iter();
+        lights.position(|light| light.id == chosen)
+    }
+
+    /// Chooses the light of this index.
+    pub(super) fn choose_light(&mut self, light: Option<usize>) {
+        let light = light.and_then(|light| self.look.lighting.placed.get(light));
+        self.aiming.chosen = light.map(|light| light.id);
     }
 
     /// Whether lights placed by hand have handles on the picture: all of them while lights are placed by the face, else the
@@ -92,7 +99,7 @@ impl State {
         self.look.follow(self.frame);
         self.aiming.placed_for = aimed.drag;
         self.aiming.newest = Some((aimed, index));
-        self.aiming.chosen = Some(index);
+        self.choose_light(Some(index));
         self.dragging = Some(discriminant(&LookCommand::Aim(aimed)));
     }
 }
@@ -142,6 +149,24 @@ mod tests {
         s.change(LookCommand::Undo);
         assert_eq!(s.look, state().look);
         assert!(!s.can_undo());
+    }
+
+    #[test]
+    fn the_chosen_light_stays_chosen_when_an_undo_moves_it() {
+        let mut s = state();
+        for drag in [1, 2] {
+            s.begin_aim(None);
+            s.change(aimed(drag, Vec3::Z));
+            s.release();
+        }
+        let mut lighting = s.look.lighting.clone();
+        lighting.placed.remove(0);
+        s.change(LookCommand::Lighting(Box::new(lighting)));
+        s.show(ViewCommand::ChooseLight(Some(0)));
+        s.change(LookCommand::Undo);
+        assert_eq!(s.chosen_light(), Some(1));
+        s.change(LookCommand::Redo);
+        assert_eq!(s.chosen_light(), Some(0));
     }
 
     #[test]

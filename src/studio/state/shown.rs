@@ -81,7 +81,7 @@ impl State {
                 let lamp = next(self.solo.first().copied(), step, self.lamps);
                 self.solo = lamp.into_iter().collect();
             }
-            ViewCommand::ChooseLight(light) => self.aiming.chosen = light,
+            ViewCommand::ChooseLight(light) => self.choose_light(light),
             ViewCommand::Viewing(viewing) => self.viewing = viewing.bounded(),
             ViewCommand::StepViewing(stops) => {
                 self.viewing.exposure_stops += stops;

@@ -1,5 +1,8 @@
 //! Stands in for AMX on other processors.
 
+// The functions are called as those that they stand in for.
+#![allow(unsafe_code)]
+
 use super::Precision;
 use super::layout::{Blocking, Blocks, Factor};
 

@@ -177,6 +177,8 @@ impl TimelinePanel {
             self.selection = KeySelection::default();
         }
         if let Some(from) = from.filter(|_| area.drag_started()) {
+            // One that was cut off may be left.
+            (self.drag, self.boxed) = (None, None);
             let knob = tangents
                 .iter()
                 .find(|(.., at)| at.distance(from) < 2.0 * KNOB);

@@ -269,6 +269,8 @@ impl TimelinePanel {
         if area.drag_started()
             && let Some(from) = ui.input(|input| input.pointer.press_origin())
         {
+            // One that was cut off may be left.
+            (self.drag, self.boxed) = (None, None);
             match key_at(from) {
                 Some((of, key)) => self.grab(of, key, shift, animation),
                 None => self.boxed = Some([from; 2]),

@@ -200,7 +200,7 @@ impl ViewportPanel {
                 if context.state.inspection == Inspection::FalseColor {
                     readout::legend_ui(ui, rect);
                 }
-                viewing::sign_ui(ui, rect, &context.state.viewing);
+                viewing::sign_ui(ui, rect, context.state);
                 if context.state.doubts {
                     let painter = ui.painter().with_clip_rect(rect);
                     let words = self.doubts.draw(&painter, place, &shown.relit, context);

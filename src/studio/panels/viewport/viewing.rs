@@ -7,6 +7,7 @@ use crate::panel_context::PanelContext;
 use crate::panels::color_views::{color_views_ui, config_ui};
 use crate::panels::numbers::computing;
 use crate::panels::picture::{SHOWN, TONE_CURVES, curve_name};
+use crate::state::State;
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
 use egui::{
@@ -176,9 +177,19 @@ pub fn words(viewing: &Viewing) -> Option<String> {
     (!changes.is_empty()).then(|| format!("viewing {}", changes.join(", ")))
 }
 
+/// What of the viewing exports lack: all but a view that they go through too.
+fn unexported(state: &State) -> Viewing {
+    let mut viewing = state.viewing.clone();
+    let exported = &state.export_options.ocio;
+    if viewing.through.is_some() && state.color_view.as_ref() == Some(exported) {
+        (viewing.view, viewing.through) = (None, None);
+    }
+    viewing
+}
+
 /// The sign over the picture while it is not shown as it is exported.
-pub fn sign_ui(ui: &Ui, rect: Rect, viewing: &Viewing) {
-    let Some(words) = words(viewing) else {
+pub fn sign_ui(ui: &Ui, rect: Rect, state: &State) {
+    let Some(words) = words(&unexported(state)) else {
         return;
     };
     let text = format!("{} {words}: not exported", icons::SEEN);
@@ -195,6 +206,7 @@ pub fn sign_ui(ui: &Ui, rect: Rect, viewing: &Viewing) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use color_config::ColorChoice;
     use imaging::DisplayTable;
     use std::sync::Arc;
 
@@ -212,5 +224,23 @@ mod tests {
         let through = Some(Arc::new(DisplayTable::of("Film".to_owned(), |_| ())));
         let through = Viewing { through, ..viewing };
         assert_eq!(words(&through).unwrap(), "viewing -1.5 stops, γ 1.20, Film");
+    }
+
+    #[test]
+    fn a_view_that_exports_go_through_too_is_no_difference() {
+        let mut state = State::new(1, 24.0);
+        let film = ColorChoice {
+            display: Some("Monitor".to_owned()),
+            view: Some("Film".to_owned()),
+            ..ColorChoice::default()
+        };
+        let table = DisplayTable::of("Film".to_owned(), |_| ());
+        state.viewing.through = Some(Arc::new(table));
+        state.viewing.exposure_stops = 1.0;
+        state.color_view = Some(film.clone());
+        let said = |state: &State| words(&unexported(state)).unwrap();
+        assert_eq!(said(&state), "viewing +1.0 stops, Film");
+        state.export_options.ocio = film;
+        assert_eq!(said(&state), "viewing +1.0 stops");
     }
 }
