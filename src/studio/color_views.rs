@@ -27,6 +27,12 @@ impl ColorViews {
         self.names.as_ref()
     }
 
+    /// Whether there is a configuration, read or not.
+    pub fn is_configured(&self) -> bool {
+        let asked = self.asked.as_ref();
+        asked.is_some_and(|asked| asked.named().is_some())
+    }
+
     /// Asks for what a project's configuration offers and for the view that the state looks through, if either changed.
     pub fn ask(&mut self, project: &Project, state: &State, wake: impl Fn() + Send + 'static) {
         let chosen = state.color_view.clone().unwrap_or_default();

@@ -5,14 +5,24 @@ use crate::theme;
 use color_config::{ColorChoice, ConfigNames, DisplayNames};
 use egui::{Label, RichText, Ui};
 
+/// Room for a configuration that is not read yet, in points.
+const UNREAD: f32 = 400.0;
 /// Width of a sentence in points.
 const SENTENCE: f32 = 300.0;
 
 /// Begins the configuration's part of a menu, below the program's own choices. Returns what it offers: None without a
-/// configuration, and if it cannot be read, which is said.
+/// configuration, while it is read, and if it cannot be read, which is said.
 pub fn config_ui<'a>(ui: &mut Ui, context: &PanelContext<'a>) -> Option<&'a ConfigNames> {
-    let names = context.color_views.names()?;
+    if !context.color_views.is_configured() {
+        return None;
+    }
     ui.separator();
+    let Some(names) = context.color_views.names() else {
+        ui.spinner();
+        // The list opens as high as it may be: later it does not grow.
+        ui.add_space(UNREAD);
+        return None;
+    };
     match names {
         Ok(names) => Some(names.as_ref()),
         Err(sentence) => {

@@ -59,10 +59,12 @@ fn list_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
         .or(options.ocio.view.as_deref());
     let shown = configured.unwrap_or(own);
     let text = format!("Colours: {shown}");
-    let mut list = ComboBox::from_id_salt("Colours")
+    // A list keeps its height: the longer one of a configuration is another.
+    let is_longer = context.color_views.is_configured();
+    let mut list = ComboBox::from_id_salt(("Colours", is_longer))
         .width(LIST)
         .selected_text(short(shown));
-    if context.color_views.names().is_some() {
+    if is_longer {
         list = list.height(MENU);
     }
     let list = list.show_ui(ui, |ui| {

@@ -99,7 +99,9 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         true => format!("The look's curve ({})", curve_name(of_look)),
         false => format!("As exported ({})", curve_name(of_look)),
     };
-    let list = ComboBox::from_id_salt("viewing curve")
+    // A list keeps its height: the longer one of a configuration is another.
+    let is_longer = context.color_views.is_configured();
+    let list = ComboBox::from_id_salt(("viewing curve", is_longer))
         .selected_text(RichText::new(short(now)).color(color))
         .width(68.0)
         .height(MENU)
