@@ -198,6 +198,12 @@ fn a_file_that_is_gone_is_named_and_stays_in_the_list() {
     super::scroll_to(&mut window, "yard");
     window.get_by_label("yard").click();
     window.run_steps(3);
+    // A click reads it again.
+    until(&mut window, "that it is still gone", |app| {
+        let mut environments = app.environments().iter();
+        environments.any(|one| one.panorama.is_failed())
+    });
+    window.run_steps(2);
     let named = window.query_all_by_label_contains("yard.exr");
     assert_eq!(
         named.count(),
