@@ -217,6 +217,11 @@ fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
     });
 }
 
+/// Drags with the first button alone.
+fn plain_drag(window: &mut Window, from: Pos2, to: Pos2) {
+    drag(window, from, to, PointerButton::Primary, Modifiers::NONE);
+}
+
 fn drag(window: &mut Window, from: Pos2, to: Pos2, button: PointerButton, modifiers: Modifiers) {
     let press = |pos, pressed| Event::PointerButton {
         pos,

@@ -1,6 +1,6 @@
 //! Lights placed by the face, and lights that light the subject alone.
 
-use super::{Window, clay_window, drag, picture, until, until_shown};
+use super::{Window, clay_window, drag, picture, plain_drag, until, until_shown};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -73,13 +73,7 @@ fn a_drag_over_the_face_moves_one_light_and_is_undone_at_once() {
     window.get_by_label("Light by the face").click();
     window.run_steps(2);
     let (from, to) = (place(&window, 12.0, 32.0), place(&window, 40.0, 32.0));
-    drag(
-        &mut window,
-        from,
-        to,
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, from, to);
     until(&mut window, "light from camera right", |app| {
         let light = app.state().look.lighting.placed.first();
         light.is_some_and(|light| light.direction().x > 0.4)
@@ -131,13 +125,7 @@ fn a_click_beside_the_subject_places_nothing_and_says_so() {
             .query_by_label_contains("this is not the subject")
             .is_none()
     );
-    drag(
-        &mut window,
-        middle,
-        middle + vec2(50.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, middle, middle + vec2(50.0, 0.0));
     assert!(window.state().state().look.yaw_deg > turned + 10.0);
     assert!(lights(&window).is_empty());
 }
@@ -157,13 +145,7 @@ fn a_solo_light_lights_the_subject_alone_and_lights_have_names() {
     assert_eq!(alone[..3], [0; 3], "there is no environment behind it");
     // The environment is off: its rotation changes nothing.
     let middle = super::MIDDLE;
-    drag(
-        &mut window,
-        middle,
-        middle + vec2(60.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, middle, middle + vec2(60.0, 0.0));
     until_shown(&mut window);
     assert!(window.state().state().look.yaw_deg > 10.0);
     assert_eq!(picture(&window), alone);

@@ -1,6 +1,6 @@
 //! The workspaces of the calibration, driven with the mouse alone and with keys alone.
 
-use super::{SHOOT, Window, drag, lines_with, snapshot, snapshot_without, until, window};
+use super::{SHOOT, Window, lines_with, plain_drag, snapshot, snapshot_without, until, window};
 use afterlight::calibration::Calibration;
 use afterlight::gpu::DeviceChoice;
 use afterlight::imaging::Response;
@@ -8,7 +8,7 @@ use afterlight::project::Project;
 use afterlight::studio::StudioApp;
 use afterlight::worker::{GammaView, ProbeView};
 use egui::accesskit::Role;
-use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
+use egui::{Key, Modifiers, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
 use std::sync::Arc;
@@ -86,14 +86,7 @@ fn the_ball_s_circle_is_dragged_found_and_kept() {
             kept.center_px[1] as f32 - 32.0,
         ) * scale;
     let out = vec2(4.0 * scale, 0.0);
-    let primary = PointerButton::Primary;
-    drag(
-        &mut window,
-        center + offset,
-        center + offset + out,
-        primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, center + offset, center + offset + out);
     until_studied(&mut window);
     let wide = study(&window);
     assert!(
@@ -101,7 +94,7 @@ fn the_ball_s_circle_is_dragged_found_and_kept() {
         "{:?}",
         wide.circle
     );
-    drag(&mut window, center, center + out, primary, Modifiers::NONE);
+    plain_drag(&mut window, center, center + out);
     until_studied(&mut window);
     let moved = study(&window).circle;
     assert!(
@@ -210,13 +203,7 @@ fn a_response_is_tried_wiped_and_kept() {
     // The surface is touched far from the optimum: the picture changes, and fits worse.
     let surface = window.get_by_label("Loss surface").rect();
     let far = surface.lerp_inside(vec2(0.9, 0.1));
-    drag(
-        &mut window,
-        surface.center(),
-        far,
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, surface.center(), far);
     until_tried(&mut window);
     let worse = view(&window);
     assert!(
@@ -231,12 +218,10 @@ fn a_response_is_tried_wiped_and_kept() {
     );
 
     let picture = window.get_by_label("Interview and relit exemplar").rect();
-    drag(
+    plain_drag(
         &mut window,
         picture.center(),
         Pos2::new(0.0, picture.center().y),
-        PointerButton::Primary,
-        Modifiers::NONE,
     );
     assert_eq!(window.state().state().wipe, 0.0);
     window.key_press(Key::W);

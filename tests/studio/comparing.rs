@@ -1,7 +1,7 @@
 //! Two pictures side by side, lamps alone, pixels, and the list of commands.
 
 use super::training::trained_project;
-use super::{clay, clay_window, drag, picture, snapshot, until, until_shown, window};
+use super::{clay, clay_window, drag, picture, plain_drag, snapshot, until, until_shown, window};
 use afterlight::studio::{CompareMode, Pane, Reference, StudioApp, Workspace};
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
@@ -28,13 +28,7 @@ fn the_picture_is_wiped_against_the_plate_and_a_line_is_dragged() {
     window.key_press(Key::W);
     until_compared(&mut window);
     let line = window.get_by_label("Wipe").rect().center();
-    drag(
-        &mut window,
-        line,
-        line - vec2(100.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, line, line - vec2(100.0, 0.0));
     let state = window.state().state();
     assert!(state.wipe < 0.4, "{}", state.wipe);
     assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
@@ -270,12 +264,10 @@ fn keys_show_channels_and_the_compass_turns_the_light() {
     until_shown(&mut window);
     assert!(picture(&window) != red);
     let compass = window.get_by_label("Compass").rect().center();
-    drag(
+    plain_drag(
         &mut window,
         compass - vec2(0.0, 25.0),
         compass + vec2(25.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
     );
     let yaw = window.state().state().look.yaw_deg;
     assert!((yaw - 90.0).abs() < 1.0, "{yaw}");
@@ -298,13 +290,7 @@ fn a_drag_across_a_wipe_moves_the_line_and_never_the_light() {
     until_compared(&mut window);
     let picture = window.get_by_label("Wipe").rect();
     let to = super::MIDDLE + vec2(70.0, 0.0);
-    drag(
-        &mut window,
-        super::MIDDLE - vec2(90.0, 40.0),
-        to,
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, super::MIDDLE - vec2(90.0, 40.0), to);
     let state = window.state().state();
     assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
     let line = window.get_by_label("Wipe").rect();

@@ -1,14 +1,14 @@
 //! The plan of passes, and what a person forces in it.
 
 use super::{
-    MIDDLE, Window, clay, clay_window, drag, drop_onto, picture, snapshot, snapshot_without,
+    MIDDLE, Window, clay, clay_window, drop_onto, picture, plain_drag, snapshot, snapshot_without,
     told_job, until, until_shown, window,
 };
 use afterlight::compositor::Pass;
 use afterlight::studio::{Phase, StudioApp};
 use afterlight::worker::Blocked;
 use egui::accesskit::Role;
-use egui::{Key, Modifiers, PointerButton, vec2};
+use egui::{Key, Modifiers, vec2};
 use egui_kittest::kittest::Queryable;
 
 /// Chooses what a pass is to do by its switch.
@@ -132,15 +132,8 @@ fn groups_fold_say_what_was_changed_and_are_reset_in_one_step() {
         .rect()
         .center();
     let right = roll + vec2(60.0, 0.0);
-    let none = Modifiers::NONE;
-    drag(
-        &mut window,
-        MIDDLE,
-        MIDDLE + vec2(80.0, 0.0),
-        PointerButton::Primary,
-        none,
-    );
-    drag(&mut window, roll, right, PointerButton::Primary, none);
+    plain_drag(&mut window, MIDDLE, MIDDLE + vec2(80.0, 0.0));
+    plain_drag(&mut window, roll, right);
     until_shown(&mut window);
     let changed = window.state().state().look.clone();
     assert!(changed.yaw_deg != before.yaw_deg);
@@ -190,13 +183,7 @@ fn effects_and_log_look_as_they_did() {
 
     // Room for the log.
     let border = egui::pos2(600.0, 577.0);
-    drag(
-        &mut window,
-        border,
-        border - vec2(0.0, 120.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, border, border - vec2(0.0, 120.0));
     window.get_by_label("Effects").click();
     window.run_steps(2);
     force(&mut window, "glare", RUN);

@@ -1,8 +1,8 @@
 //! Exports, asked for with the mouse and with keys alone, on a network that was trained for seconds.
 
 use super::{
-    Window, clay_window, drag, go, retype, scroll_to, snapshot, told_job, until, until_labelled,
-    until_shown, window,
+    Window, clay_window, go, plain_drag, retype, scroll_to, snapshot, told_job, until,
+    until_labelled, until_shown, window,
 };
 use afterlight::Error;
 use afterlight::color_config::ColorChoice;
@@ -19,7 +19,7 @@ use afterlight::studio::StudioApp;
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::worker::{ExportStatus, Origin, WrittenExport};
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, PointerButton};
+use egui::{Event, Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -213,7 +213,8 @@ fn until_said(window: &mut Window, text: &str) {
 
 /// Presses the tab key until the control of this name has the focus.
 fn tab_to(window: &mut Window, role: Role, name: &str) {
-    for _ in 0..40 {
+    // Once around the whole window.
+    for _ in 0..150 {
         window.key_press(Key::Tab);
         window.run_steps(3);
         let there = window.query_by_role_and_label(role, name);
@@ -246,7 +247,10 @@ fn keys_alone_lead_through_an_export() {
     press(&mut window, Key::Space);
     tab_to(&mut window, Role::CheckBox, "one for each lamp");
     press(&mut window, Key::Space);
-    tab_to(&mut window, Role::CheckBox, "Nuke");
+    // Rows come above it, and the focus stays.
+    press(&mut window, Key::Tab);
+    let nuke = window.get_by_role_and_label(Role::CheckBox, "Nuke");
+    assert!(nuke.is_focused());
     press(&mut window, Key::Space);
     tab_to(&mut window, Role::TextInput, "Name");
     retype(&mut window, "exports/keys");
@@ -446,13 +450,7 @@ fn grain_is_in_the_way_of_an_export_by_a_configuration_and_that_is_said() {
     let grain = window.get_by_role_and_label(Role::SpinButton, "Grain");
     let from = grain.rect().center();
     let to = from + egui::vec2(60.0, 0.0);
-    drag(
-        &mut window,
-        from,
-        to,
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, from, to);
     assert!(window.state().state().look.effects.grain > 0.0);
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
@@ -817,13 +815,7 @@ fn every_frame_of_an_animation_is_exported_as_it_is_shown() {
         let value = window.get_by_role_and_label(Role::SpinButton, &lane);
         let from = value.rect().center();
         let to = from + egui::vec2(60.0, 0.0);
-        drag(
-            &mut window,
-            from,
-            to,
-            PointerButton::Primary,
-            Modifiers::NONE,
-        );
+        plain_drag(&mut window, from, to);
     }
     let look = &window.state().state().look;
     let keys: Vec<usize> = (look.animation.lanes())

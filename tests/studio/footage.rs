@@ -2,7 +2,8 @@
 
 use super::project::{calibrated, imported, needs};
 use super::{
-    Window, clay, drag, lines_with, snapshot, snapshot_without, until, until_shown, window,
+    Window, clay, drag, lines_with, plain_drag, snapshot, snapshot_without, until, until_shown,
+    window,
 };
 use afterlight::footage::{BrushSide, Strokes};
 use afterlight::gpu::DeviceChoice;
@@ -38,7 +39,7 @@ fn until_drawn(window: &mut Window) {
 
 fn corner(window: &mut Window, name: &str, by: egui::Vec2) {
     let at = window.get_by_label(name).rect().center();
-    drag(window, at, at + by, PointerButton::Primary, Modifiers::NONE);
+    plain_drag(window, at, at + by);
 }
 
 fn framing(project: &Project) -> Framing {
@@ -222,13 +223,7 @@ fn strokes_change_the_shown_matte_are_kept_undone_and_used_for_all_mattes() {
     window.run_steps(2);
     assert!(red(&window));
     let middle = window.get_by_label("Matte brush").rect().center();
-    drag(
-        &mut window,
-        middle,
-        middle + vec2(60.0, 20.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, middle, middle + vec2(60.0, 20.0));
     until(&mut window, "saved stroke", |app| app.matte().is_saved());
     let first = kept();
     assert_eq!(first.len(), 1);

@@ -1,13 +1,14 @@
 //! Keys of settings: set, gone through, moved, copied, shaped and removed; and what else the keyboard moves.
 
 use super::{
-    MIDDLE, Window, clay, clay_window, drag, go, picture, scroll_to, snapshot, until, until_shown,
+    MIDDLE, Window, clay, clay_window, go, picture, plain_drag, scroll_to, snapshot, until,
+    until_shown,
 };
 use afterlight::light::keyframes::Interpolation;
 use afterlight::scene::{LightSetting, Pass, Setting};
 use afterlight::studio::StudioApp;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, OutputCommand, PointerButton, Pos2, vec2};
+use egui::{Event, Key, Modifiers, OutputCommand, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 
 fn frames(app: &StudioApp, of: Setting) -> Vec<f64> {
@@ -26,13 +27,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     assert_eq!(frames(window.state(), Setting::Yaw), [0.0]);
     go(&mut window, Key::End, last);
     let right = MIDDLE + vec2(200.0, 0.0);
-    drag(
-        &mut window,
-        MIDDLE,
-        right,
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, MIDDLE, right);
     assert_eq!(frames(window.state(), Setting::Yaw), [0.0, last as f64]);
     window.get_by_label_contains(&format!(
         "Yaw is animated: changes set a key at frame {last}."
@@ -57,13 +52,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
         .center();
     let first = window.get_by_label("Yaw key at frame 0").rect().center();
     let to = first + (key - first) * (3.0 / last as f32);
-    drag(
-        &mut window,
-        key,
-        to,
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, key, to);
     until_shown(&mut window);
     assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0]);
     assert_eq!(window.state().state().look.yaw_deg, yaw);
@@ -118,10 +107,6 @@ fn toggle(window: &mut Window, setting: &str) {
 fn key(window: &Window, setting: &str, frame: usize) -> Pos2 {
     let name = format!("{setting} key at frame {frame}");
     window.get_by_label(&name).rect().center()
-}
-
-fn plain_drag(window: &mut Window, from: Pos2, to: Pos2) {
-    drag(window, from, to, PointerButton::Primary, Modifiers::NONE);
 }
 
 /// Types a value into a lane.
@@ -492,13 +477,7 @@ fn the_brightest_areas_follow_pitch_and_roll() {
         .rect()
         .center();
     let right = roll + vec2(80.0, 0.0);
-    drag(
-        &mut window,
-        roll,
-        right,
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    plain_drag(&mut window, roll, right);
     until_shown(&mut window);
     assert_eq!(window.state().state().look.yaw_deg, 0.0);
     assert!(area(&window).distance(before) > 5.0);

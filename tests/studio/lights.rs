@@ -1,12 +1,12 @@
 //! Lights placed by hand: their settings, their groups, and their handles on panorama, sphere and picture.
 
 use super::{
-    Window, brightness, clay_window, drag, picture, retype, snapshot, type_into, until,
+    Window, brightness, clay_window, picture, plain_drag, retype, snapshot, type_into, until,
     until_labelled, until_shown,
 };
 use afterlight::light::{LightGroup, PlacedLight};
 use egui::accesskit::Role;
-use egui::{Key, Modifiers, PointerButton, vec2};
+use egui::{Key, Modifiers, vec2};
 use egui_kittest::kittest::Queryable;
 
 fn lights(window: &Window) -> &[PlacedLight] {
@@ -170,7 +170,7 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
     let pull = |window: &mut Window, handle: &str, by: egui::Vec2| {
         let from = window.get_by_label(handle).rect().center();
         let to = from + by;
-        drag(window, from, to, PointerButton::Primary, Modifiers::NONE);
+        plain_drag(window, from, to);
         until_shown(window);
     };
     assert!(to(&window).x < -0.3, "it begins at the camera's left");

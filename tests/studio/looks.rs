@@ -81,13 +81,7 @@ fn relight(window: &mut Window) {
     brighten(window);
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     window.run_steps(2);
-    super::drag(
-        window,
-        super::MIDDLE,
-        super::MIDDLE + egui::vec2(37.0, 0.0),
-        egui::PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    super::plain_drag(window, super::MIDDLE, super::MIDDLE + egui::vec2(37.0, 0.0));
     until_shown(window);
 }
 
@@ -468,12 +462,10 @@ fn zoom_and_pan_are_those_of_all_four() {
         app.relit().is_some_and(|relit| relit.looks[0].is_some())
     });
     let place = window.get_by_label("A: present look").rect();
-    super::drag(
+    super::plain_drag(
         &mut window,
         place.center(),
         place.center() + egui::vec2(20.0, 8.0),
-        egui::PointerButton::Primary,
-        Modifiers::NONE,
     );
     let state = window.state().state();
     assert_eq!(state.look.yaw_deg, 0.0, "the light stays");

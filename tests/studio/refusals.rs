@@ -1,12 +1,12 @@
 //! What cannot be done is said over the picture, and stays there until it is answered.
 
 use super::{
-    MIDDLE, Window, clay, clay_window, drag, drop_onto, snapshot_without, told_job, until,
+    MIDDLE, Window, clay, clay_window, drop_onto, plain_drag, snapshot_without, told_job, until,
     until_shown,
 };
 use afterlight::project::Lock;
 use afterlight::studio::StudioApp;
-use egui::{Key, Modifiers, PointerButton, vec2};
+use egui::{Key, Modifiers, vec2};
 use egui_kittest::kittest::Queryable;
 
 #[test]
@@ -17,13 +17,7 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
         drop_onto(window, "notes.txt");
         window.get_by_label_contains("notes.txt is neither");
         // Another picture does not answer it.
-        drag(
-            window,
-            MIDDLE,
-            MIDDLE + vec2(30.0, 0.0),
-            PointerButton::Primary,
-            Modifiers::NONE,
-        );
+        plain_drag(window, MIDDLE, MIDDLE + vec2(30.0, 0.0));
         until_shown(window);
         window.get_by_label_contains("notes.txt is neither");
     };

@@ -1,7 +1,7 @@
 //! Five tasks as somebody does them who has not read the guide: with the pointer, on what can be seen. Each click, drag, drop
 //! and key counts, and docs/guide.md says how many they were.
 
-use super::{Window, clay_window, drag, drop_onto, review, until, until_shown, window};
+use super::{Window, clay_window, drop_onto, plain_drag, review, until, until_shown, window};
 use afterlight::gpu::DeviceChoice;
 use afterlight::studio::StudioApp;
 use egui::{Event, Modifiers, PointerButton, Pos2, Rect, vec2};
@@ -59,13 +59,7 @@ impl Hand {
     }
 
     fn drag(&mut self, from: Pos2, to: Pos2) {
-        drag(
-            &mut self.window,
-            from,
-            to,
-            PointerButton::Primary,
-            Modifiers::NONE,
-        );
+        plain_drag(&mut self.window, from, to);
         self.acts += 1;
     }
 

@@ -1,8 +1,8 @@
 //! How the picture is looked at, of which nothing is exported; and the scopes, which count what is seen.
 
 use super::{
-    MIDDLE, Window, brightness, clay, clay_window, drag, picture, snapshot, until, until_labelled,
-    until_shown, window,
+    MIDDLE, Window, brightness, clay, clay_window, picture, plain_drag, snapshot, until,
+    until_labelled, until_shown, window,
 };
 use afterlight::color_config::ColorConfig;
 use afterlight::project::Project;
@@ -26,7 +26,7 @@ fn drag_number(window: &mut Window, name: &str, by: f32) {
     let at = window.get_by_role_and_label(Role::SpinButton, name).rect();
     let from = at.center();
     let to = from + vec2(by, 0.0);
-    drag(window, from, to, PointerButton::Primary, Modifiers::NONE);
+    plain_drag(window, from, to);
     until_shown(window);
 }
 

@@ -13,8 +13,8 @@ use crate::panels::number_ui;
 use crate::panels::rows::segments_ui;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Button, DragValue, Grid, Label, Layout, Response, RichText, Role, TextEdit, Ui,
-    WidgetInfo, vec2,
+    Align, Button, DragValue, Grid, Id, Label, Layout, Response, RichText, Role, TextEdit, Ui,
+    UiBuilder, WidgetInfo, vec2,
 };
 use export::{Destination, Files, Format, HandOver, PixelBits};
 use farm::Engine;
@@ -63,13 +63,19 @@ impl ExportPanel {
         colors::sentence_ui(ui, context, &options);
         files_ui(ui, context, &mut options, &project.root);
         cost_ui(ui, context, project, &options);
-        add_ui(ui, context, out);
+        steady(ui, "add", |ui| add_ui(ui, context, out));
         if options != context.state.export_options {
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         ui.add_space(GAP);
         queue::ui(ui, context, out);
     }
+}
+
+/// Controls that keep the focus when rows come or go above them: their ids are their own.
+fn steady<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
+    let own = UiBuilder::new().scope_id(Id::unique(("export", name)));
+    ui.scope_builder(own, add).inner
 }
 
 /// Returns the first control.
@@ -270,11 +276,8 @@ fn layers_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Layers");
     let has_room = options.format == Format::Exr;
     let mut layers = options.layers && has_room;
-    let response = ui
-        .add_enabled(
-            has_room,
-            egui::Checkbox::new(&mut layers, "one for each lamp"),
-        )
+    let tick = egui::Checkbox::new(&mut layers, "one for each lamp");
+    let response = steady(ui, "layers", |ui| ui.add_enabled(has_room, tick))
         .on_hover_text(
             "light_00.R … beside the picture, with the lamps' weights in the header. Each file is checked: the \
              layers add up to the relit subject.",
