@@ -101,7 +101,7 @@ mod tests {
         project.settings.size += 16;
         project.save().unwrap();
         let resized = Fingerprint::of(&project).unwrap();
-        assert_eq!(calibrated.difference(&resized), Some("the shoot"));
+        assert_eq!(calibrated.difference(&resized), Some("the project"));
         assert_eq!(mark(b""), "cbf29ce484222325");
     }
 }
