@@ -12,7 +12,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use tradeoff::{Knob, Ledger};
 
 /// A shoot with a truth, and what was measured on it.
@@ -25,6 +25,8 @@ pub struct Shoot {
     pub methods: Vec<Scored>,
     /// Networks whose pictures are shown beside theirs, the longest trained last.
     pub networks: Vec<Scored>,
+    /// The folder of its sheet, if its pictures belong to others; None for the page's.
+    pub elsewhere: Option<PathBuf>,
 }
 
 impl Shoot {

@@ -42,9 +42,17 @@ pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
         let Some(compared) = shoot.compared() else {
             continue;
         };
-        let file = format!("{}.jpg", crate::plain(&shoot.name));
-        sheet::write(&folder.join(&file), &compared)?;
-        text += &section(shoot, &compared, &file);
+        let name = format!("{}.jpg", crate::plain(&shoot.name));
+        let file = shoot.elsewhere.as_deref().unwrap_or(folder).join(&name);
+        sheet::write(&file, &compared)?;
+        let shown = match shoot.elsewhere {
+            None => format!("![Truth, network and methods]({name})"),
+            Some(_) => format!(
+                "Its pictures belong to others and are not shown here: `make accuracy` writes them to `{}`.",
+                file.display()
+            ),
+        };
+        text += &section(shoot, &compared, &shown);
         count += 1;
     }
     if count == 0 {
@@ -53,7 +61,7 @@ pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
     write_beside(&folder.join(NAME), |out| out.write_all(text.as_bytes()))
 }
 
-fn section(shoot: &Shoot, compared: &[&Scored], file: &str) -> String {
+fn section(shoot: &Shoot, compared: &[&Scored], shown: &str) -> String {
     let ladder = &shoot.ladder;
     let builds = page::builds(compared.iter().map(|of| of.kept.build.as_str()));
     let mut text = format!("\n## {}\n\n", shoot.name);
@@ -66,7 +74,7 @@ fn section(shoot: &Shoot, compared: &[&Scored], file: &str) -> String {
         ladder.device,
         learnt(compared),
     );
-    let _ = writeln!(text, "![Truth, network and methods]({file})\n");
+    let _ = writeln!(text, "{shown}\n");
     let cells = cells(compared);
     for sentence in sentences(compared, &cells) {
         let _ = writeln!(text, "{sentence}\n");

@@ -179,6 +179,8 @@ impl Options {
                 ladder,
                 methods,
                 networks,
+                // What the program made itself may be shown.
+                elsewhere: (source.folder != shoots::stage(self)).then(|| source.work.clone()),
             });
         }
         let benches = bench::all(self);

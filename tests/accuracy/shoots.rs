@@ -69,13 +69,18 @@ impl Source {
     }
 }
 
+/// Where the virtual stage's shoot is.
+pub fn stage(options: &Options) -> PathBuf {
+    options.work.join("stage")
+}
+
 /// The shoots, each imported and calibrated. The virtual stage's is made if it is not there.
 ///
 /// # Errors
 /// When the program fails.
 pub fn sources(options: &Options) -> Result<Vec<Source>> {
     let size = options.size.to_string();
-    let stage = options.work.join("stage");
+    let stage = stage(options);
     if !stage.join("manifest.json").exists() {
         let folder = stage.to_string_lossy();
         options.afterlight(&["stage", &folder, "--size", &size, "--frames", "24"])?;

@@ -65,6 +65,7 @@ fn every_rung_of_a_ladder_has_its_line_and_its_point() -> Result<()> {
         ladder,
         methods,
         networks: Vec::new(),
+        elsewhere: None,
     };
     let found = steps(&shoot.ladder);
     assert!(found.iter().all(|step| step.seeds.len() == 2));
