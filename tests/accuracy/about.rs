@@ -68,6 +68,10 @@ pub fn section(page: &Page) -> String {
 fn runs(runs: &[Value]) -> String {
     let minutes: f64 = runs.iter().filter_map(|run| run["minutes"].as_f64()).sum();
     let mut text = match runs.len() {
+        0 => {
+            return "Runs that were stopped measured what is here: how long they took is not known."
+                .to_owned();
+        }
         1 => format!("One run of {minutes:.0} minutes measured what is here."),
         count => format!("{count} runs of {minutes:.0} minutes together measured what is here."),
     };
