@@ -22,7 +22,7 @@ fn main() -> ExitCode {
     done.map_or_else(
         |error| {
             // Where nobody reads this, the exit code still tells.
-            let _ = writeln!(std::io::stderr(), "afterlight: {error}");
+            let _ = writeln!(std::io::stderr(), "afterlight: {}", error.for_terminal());
             failure
         },
         |()| ExitCode::SUCCESS,

@@ -240,7 +240,7 @@ fn outputs_that_have_died_are_named() {
     };
     let said = Mutex::new(String::new());
     let hear = |report| {
-        if let Report::Say(sentence) = report {
+        if let Report::Say(sentence) | Report::Advise { sentence, .. } = report {
             *said.lock().unwrap() += &format!("{sentence}\n");
         }
     };
@@ -251,7 +251,7 @@ fn outputs_that_have_died_are_named() {
     assert!(!report.dead_lamps.is_empty(), "{said}");
     assert!(report.dead_lamps.iter().all(|lamp| lamps.contains(lamp)));
     assert!(
-        said.contains("Dead output") && said.contains("--fresh"),
+        said.contains("Dead output") && said.contains("start over with a lower learning rate"),
         "{said}"
     );
 }
@@ -554,7 +554,7 @@ fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
     let refused = Predictor::open(&larger, &Device::flex())
         .err()
         .expect("another size is refused")
-        .to_string();
+        .for_terminal();
     assert!(
         refused.contains("32 pixels") && refused.contains("--fresh"),
         "{refused}"
@@ -571,7 +571,7 @@ fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
     };
     let refused = train(&project, &calibration, &settings, &Progress::silent())
         .unwrap_err()
-        .to_string();
+        .for_terminal();
     assert!(refused.contains("--fresh"), "{refused}");
 }
 

@@ -1,5 +1,6 @@
 //! The library's one error type. Every message says what is wrong, where, and what to do about it.
 
+use super::files;
 use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,41 +9,42 @@ use std::path::{Path, PathBuf};
 pub type Result<T> = std::result::Result<T, Error>;
 
 /// What can go wrong, worded for the person who has to act on it. A `problem` names the file or setting and
-/// says what is wrong with it; a `remedy` says what to do. Both go without a full stop.
+/// says what is wrong with it; a `remedy` says what to do. Both go without a full stop. Shown, an error names no command;
+/// [`Self::for_terminal`] does.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system refused to read, write, move or start something.
-    #[error("cannot {action} {}: {source}. {remedy}", shown(&path.to_string_lossy()))]
+    #[error("cannot {action} {}: {}. {remedy}", shown(&files::shown(path)), io_words(source))]
     Io {
         action: &'static str,
         path: PathBuf,
         source: io::Error,
-        remedy: String,
+        remedy: Remedy,
     },
     /// A file could not be decoded or encoded: it is damaged, of another kind, or of another version.
-    #[error("cannot {action} {}: {cause}. {remedy}", shown(&path.to_string_lossy()))]
+    #[error("cannot {action} {}: {cause}. {remedy}", shown(&files::shown(path)))]
     Codec {
         action: &'static str,
         path: PathBuf,
         cause: String,
-        remedy: String,
+        remedy: Remedy,
     },
     /// A setting, file or picture cannot be used as it is.
     #[error("{problem}. {remedy}")]
-    Invalid { problem: String, remedy: String },
+    Invalid { problem: String, remedy: Remedy },
     /// Something that is needed or was asked for does not exist.
     #[error("{problem}. {remedy}")]
-    Missing { problem: String, remedy: String },
+    Missing { problem: String, remedy: Remedy },
     /// Somebody else is using it.
     #[error("{problem}. {remedy}")]
-    Busy { problem: String, remedy: String },
+    Busy { problem: String, remedy: Remedy },
     /// The GPU or the display failed at something, or cannot do it.
     #[error("{problem}. {remedy}")]
-    Device { problem: String, remedy: String },
+    Device { problem: String, remedy: Remedy },
     /// The GPU is gone, and with it what it held.
     #[error(
         "the GPU stopped working: its driver failed, or it was taken away. Everything that was saved is kept. \
-         Start Afterlight again to use the GPU, or continue on the CPU (--device cpu)"
+         Start Afterlight again to use the GPU"
     )]
     GpuLost,
     /// The person asked for a stop; `kept` says what has been kept.
@@ -53,6 +55,75 @@ pub enum Error {
         "{problem}: this is a bug in Afterlight. Everything that was saved is kept; please report it"
     )]
     Bug { problem: String },
+}
+
+/// What to do about a problem: in words, and how on the command line, which only a terminal is told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remedy {
+    pub words: String,
+    /// A command or an option.
+    pub how: Option<String>,
+}
+
+impl std::fmt::Display for Remedy {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&self.words)
+    }
+}
+
+impl From<String> for Remedy {
+    fn from(words: String) -> Self {
+        Self { words, how: None }
+    }
+}
+
+impl From<&String> for Remedy {
+    fn from(words: &String) -> Self {
+        words.clone().into()
+    }
+}
+
+impl From<&str> for Remedy {
+    fn from(words: &str) -> Self {
+        words.to_owned().into()
+    }
+}
+
+/// The words, and how on the command line.
+impl<W: Into<String>, H: Into<String>> From<(W, H)> for Remedy {
+    fn from((words, how): (W, H)) -> Self {
+        Self {
+            words: words.into(),
+            how: Some(how.into()),
+        }
+    }
+}
+
+/// What the operating system or a reader said, in words and without the system's number.
+pub fn io_words(error: &io::Error) -> String {
+    let words = match error.kind() {
+        // Who made the error has worded it.
+        _ if error.get_ref().is_some() => None,
+        io::ErrorKind::NotFound => Some("not found"),
+        io::ErrorKind::PermissionDenied => Some("no permission"),
+        io::ErrorKind::StorageFull => Some("the disk is full"),
+        io::ErrorKind::QuotaExceeded => Some("the quota of the disk is used up"),
+        io::ErrorKind::ReadOnlyFilesystem => Some("the disk is read-only"),
+        io::ErrorKind::AlreadyExists => Some("it exists already"),
+        io::ErrorKind::IsADirectory => Some("it is a folder"),
+        io::ErrorKind::NotADirectory => Some("a folder on the way is a file"),
+        io::ErrorKind::DirectoryNotEmpty => Some("the folder is not empty"),
+        io::ErrorKind::InvalidFilename => Some("the disk does not allow this name"),
+        _ => None,
+    };
+    words.map_or_else(
+        || {
+            let said = error.to_string();
+            let number = said.find(" (os error ").unwrap_or(said.len());
+            said[..number].to_owned()
+        },
+        str::to_owned,
+    )
 }
 
 /// Letters of a cause or problem that are shown.
@@ -70,7 +141,27 @@ fn shown(said: &str) -> String {
     if letters.next().is_some() {
         shown.push('…');
     }
-    shown
+    without_detours(shown)
+}
+
+/// The sentence without folders that `..` leaves again, as [`files::shown`] has paths.
+fn without_detours(mut said: String) -> String {
+    const SLASH: char = std::path::MAIN_SEPARATOR;
+    let back = format!("{SLASH}..{SLASH}");
+    let mut from = 0;
+    while let Some(at) = said[from..].find(&back).map(|at| from + at) {
+        match said[..at].rfind(SLASH) {
+            // Behind a space another path may begin.
+            Some(left)
+                if !matches!(&said[left + 1..at], "" | "..") && !said[left..at].contains(' ') =>
+            {
+                said.replace_range(left..at + 3, "");
+                from = left;
+            }
+            _ => from = at + 3,
+        }
+    }
+    said
 }
 
 impl Error {
@@ -79,7 +170,7 @@ impl Error {
         action: &'static str,
         path: impl AsRef<Path>,
         source: io::Error,
-        remedy: impl Into<String>,
+        remedy: impl Into<Remedy>,
     ) -> Self {
         Self::Io {
             action,
@@ -94,7 +185,7 @@ impl Error {
         action: &'static str,
         path: impl AsRef<Path>,
         cause: impl Display,
-        remedy: impl Into<String>,
+        remedy: impl Into<Remedy>,
     ) -> Self {
         Self::Codec {
             action,
@@ -105,7 +196,7 @@ impl Error {
     }
 
     /// A setting, file or picture cannot be used as it is.
-    pub fn invalid(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn invalid(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
         Self::Invalid {
             problem: shown(&problem.into()),
             remedy: remedy.into(),
@@ -116,7 +207,7 @@ impl Error {
     pub fn other_size(
         (picture, size): (impl Display, (usize, usize)),
         (reference, expected): (impl Display, (usize, usize)),
-        remedy: impl Into<String>,
+        remedy: impl Into<Remedy>,
     ) -> Self {
         let problem = format!(
             "{picture} has {} × {} pixels, but {reference} has {} × {}",
@@ -126,7 +217,7 @@ impl Error {
     }
 
     /// Something that is needed or was asked for does not exist.
-    pub fn missing(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn missing(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
         Self::Missing {
             problem: shown(&problem.into()),
             remedy: remedy.into(),
@@ -134,7 +225,7 @@ impl Error {
     }
 
     /// Somebody else is using it.
-    pub fn busy(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn busy(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
         Self::Busy {
             problem: shown(&problem.into()),
             remedy: remedy.into(),
@@ -142,7 +233,7 @@ impl Error {
     }
 
     /// The GPU or the display failed at something, or cannot do it.
-    pub fn device(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn device(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
         Self::Device {
             problem: problem.into(),
             remedy: remedy.into(),
@@ -160,29 +251,69 @@ impl Error {
     pub fn within(self, path: &Path) -> Self {
         match self {
             Self::Invalid { problem, remedy } => Self::Invalid {
-                problem: format!("{}: {problem}", path.display()),
+                problem: format!("{}: {problem}", files::shown(path)),
                 remedy,
             },
             other => other,
         }
     }
 
-    /// The same error with `note` after what to do, such as what has been kept. Kinds that name no remedy
-    /// stay as they are.
-    pub fn with_note(mut self, note: &str) -> Self {
-        match &mut self {
+    fn remedy(&self) -> Option<&Remedy> {
+        match self {
             Self::Io { remedy, .. }
             | Self::Codec { remedy, .. }
             | Self::Invalid { remedy, .. }
             | Self::Missing { remedy, .. }
             | Self::Busy { remedy, .. }
-            | Self::Device { remedy, .. } => {
-                remedy.push_str("; ");
-                remedy.push_str(note);
-            }
-            Self::GpuLost | Self::Cancelled { .. } | Self::Bug { .. } => {}
+            | Self::Device { remedy, .. } => Some(remedy),
+            Self::GpuLost | Self::Cancelled { .. } | Self::Bug { .. } => None,
+        }
+    }
+
+    fn remedy_mut(&mut self) -> Option<&mut Remedy> {
+        match self {
+            Self::Io { remedy, .. }
+            | Self::Codec { remedy, .. }
+            | Self::Invalid { remedy, .. }
+            | Self::Missing { remedy, .. }
+            | Self::Busy { remedy, .. }
+            | Self::Device { remedy, .. } => Some(remedy),
+            Self::GpuLost | Self::Cancelled { .. } | Self::Bug { .. } => None,
+        }
+    }
+
+    /// The same error with `note` after what to do, such as what has been kept. Kinds that name no remedy
+    /// stay as they are.
+    pub fn with_note(mut self, note: &str) -> Self {
+        if let Some(remedy) = self.remedy_mut() {
+            remedy.words.push_str("; ");
+            remedy.words.push_str(note);
         }
         self
+    }
+
+    /// The same error with how to put it right on the command line. Kinds that name no remedy stay as they are.
+    pub fn with_how(mut self, how: impl Into<String>) -> Self {
+        if let Some(remedy) = self.remedy_mut() {
+            remedy.how = Some(how.into());
+        }
+        self
+    }
+
+    /// How to put it right on the command line, if a command or an option does.
+    pub fn how(&self) -> Option<&str> {
+        match self {
+            Self::GpuLost => Some("or continue on the CPU: --device cpu"),
+            other => other.remedy()?.how.as_deref(),
+        }
+    }
+
+    /// The sentence with the command or option behind it, for a terminal.
+    pub fn for_terminal(&self) -> String {
+        match self.how() {
+            Some(how) => format!("{self} ({how})"),
+            None => self.to_string(),
+        }
     }
 }
 
@@ -200,11 +331,33 @@ mod tests {
         );
         assert!(error.source().is_some());
         let sentence = error.to_string();
-        assert!(sentence.starts_with("cannot write out.exr: "), "{sentence}");
-        assert!(
-            sentence.ends_with(". Make room; 2 frames are kept"),
-            "{sentence}"
+        assert_eq!(
+            sentence,
+            "cannot write out.exr: the disk is full. Make room; 2 frames are kept"
         );
+    }
+
+    #[test]
+    fn commands_are_for_terminals_and_the_numbers_of_the_system_for_nobody() {
+        let error = Error::missing(
+            "no network yet",
+            ("Train first", "afterlight train PROJECT"),
+        );
+        assert_eq!(error.to_string(), "no network yet. Train first");
+        let noted = error.with_note("2 frames are kept");
+        assert_eq!(
+            noted.for_terminal(),
+            "no network yet. Train first; 2 frames are kept (afterlight train PROJECT)"
+        );
+        let lost = Error::GpuLost;
+        assert!(!lost.to_string().contains("--") && lost.for_terminal().contains("--device cpu"));
+        let gone = std::fs::read("/nowhere/at/all").unwrap_err();
+        assert_eq!(io_words(&gone), "not found");
+        // ENOTTY on unix, which has no words here, and something else elsewhere.
+        let other = io_words(&io::Error::from_raw_os_error(25));
+        assert!(!other.is_empty() && !other.contains("os error"), "{other}");
+        let said = io::Error::new(io::ErrorKind::NotFound, "the header ends too early");
+        assert_eq!(io_words(&said), "the header ends too early");
     }
 
     #[test]
@@ -226,6 +379,29 @@ mod tests {
         test_support::shown!(Strangers, "A file's words in an error",
             danger: "pages of it, or characters that steer the terminal",
             done: "the first 1000 letters are shown, control characters replaced");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn paths_in_sentences_have_no_ways_back() {
+        for (said, expected) in [
+            (
+                "the folder /films/a/../shoot is missing",
+                "the folder /films/shoot is missing",
+            ),
+            ("/a and b/../c", "/a and b/../c"),
+            ("/a/b/../../c and /d/e/../f", "/c and /d/f"),
+            ("/../a and ../../b", "/../a and ../../b"),
+        ] {
+            let sentence = Error::missing(said, "Look").to_string();
+            assert_eq!(sentence, format!("{expected}. Look"));
+        }
+        let path = "/films/project/../shoot/a.png";
+        let error = Error::io("read", path, io::ErrorKind::NotFound.into(), "Look");
+        assert_eq!(
+            error.to_string(),
+            "cannot read /films/shoot/a.png: not found. Look"
+        );
     }
 
     #[test]

@@ -48,6 +48,19 @@ pub fn shown(path: &Path) -> String {
     plain.display().to_string()
 }
 
+/// The same for a path that is used too: as it is where [`shown`] would lead elsewhere.
+pub fn plain(path: &Path) -> String {
+    let place = |path: &Path| {
+        let mut folders = path.ancestors();
+        folders.find_map(|folder| folder.canonicalize().ok())
+    };
+    let plain = shown(path);
+    match place(path) == place(Path::new(&plain)) {
+        true => plain,
+        false => path.display().to_string(),
+    }
+}
+
 /// Opens one of the program's own files, to read or write it.
 ///
 /// # Errors

@@ -27,6 +27,8 @@ pub enum Report {
     Blocked(String),
     /// A sentence worth keeping in the log: a warning, a fallback, where something was written.
     Say(String),
+    /// The same with what to do about it on the command line, which only a terminal is told.
+    Advise { sentence: String, how: String },
 }
 
 /// Asks running work to stop or to pause. Clones control the same work.
@@ -120,6 +122,14 @@ impl<'a> Progress<'a> {
     /// Reports a sentence for the log.
     pub fn say(&self, sentence: impl Into<String>) {
         (self.sink)(Report::Say(sentence.into()));
+    }
+
+    /// Reports a sentence for the log, and how to do on the command line what it asks for.
+    pub fn advise(&self, sentence: impl Into<String>, how: impl Into<String>) {
+        (self.sink)(Report::Advise {
+            sentence: sentence.into(),
+            how: how.into(),
+        });
     }
 
     /// Reports that a network that predicts has been saved.

@@ -222,7 +222,7 @@ impl Run<'_> {
             Ended::Done => return Ok(()),
             Ended::Failed(why) => why,
             Ended::Late => format!(
-                "it had not ended after the {:.0} s that there were for it; give more --minutes",
+                "it had not ended after the {:.0} s that there were for it; give it more minutes",
                 time.most
             ),
             Ended::Stopped => {
@@ -251,11 +251,11 @@ fn unfit(measure: &Measure, predicted: Option<&[f64]>, allowed: f64) -> Option<S
     let least = predicted.map(|rows| 2e-3 * rows.iter().sum::<f64>());
     if let Some(least) = least.filter(|&least| least > allowed) {
         return Some(format!(
-            "it would take about {least:.0} s, and there were {allowed:.0} s for it; give more --minutes"
+            "it would take about {least:.0} s, and there were {allowed:.0} s for it; give it more minutes"
         ));
     }
     if allowed <= 0.0 {
-        return Some("the time was up; give more --minutes".to_owned());
+        return Some("the time was up; give it more minutes".to_owned());
     }
     let free = memory::available()?;
     let needs = measure.bytes();

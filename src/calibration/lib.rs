@@ -322,12 +322,12 @@ impl Calibration {
     /// # Errors
     /// When there is no calibration, it is damaged, or it belongs to other lamps.
     pub fn load(project: &Project) -> Result<Self> {
-        const REMEDY: &str = "Run `afterlight calibrate` on the project";
+        const REMEDY: (&str, &str) = ("Calibrate the project", "afterlight calibrate PROJECT");
         let path = project.calibration_path();
         if !path.exists() {
             return Err(Error::missing(
-                format!("{} is not calibrated yet", project.settings.name),
-                "Calibrate it first: `afterlight calibrate`, or the workspace Calibrate",
+                "Not calibrated yet",
+                ("Calibrate first", "afterlight calibrate PROJECT"),
             ));
         }
         let text = read_sealed(&path, REMEDY)?;

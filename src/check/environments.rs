@@ -117,8 +117,8 @@ fn contrast(lit: &LitEnvironment, weights: &mut EnvironmentWeights, rig: &Rig) -
     let hardest = small.max_by(|a, b| a.share.total_cmp(&b.share));
     let hardest = hardest.map_or(String::new(), |area| {
         format!(
-            ". Its strongest small light, {:.0} % of all, is {:.1}° across, and the lamps show no light smaller than \
-             {:.0}°: shadows and highlights will be softer than there",
+            ". Its strongest small light ({:.0} % of all) is {:.1}° across, smaller than any lamp ({:.0}°): shadows and \
+             highlights will be softer",
             100.0 * area.share,
             2.0 * area.radius_deg(),
             2.0 * size
@@ -180,7 +180,7 @@ pub(super) fn half_floats(
         100.0 * lost
     );
     Check::new(Subject::HalfFloats, level, sentence).remedy(
-        "Keep predictions in f32 (`relight --field f32`), and lower the picture's exposure before writing EXR files",
+        "Keep predictions in f32, and lower the picture's exposure before writing EXR files",
     )
 }
 

@@ -5,6 +5,7 @@
 
 use super::pictures::Pictures;
 use super::{Check, Level, Subject};
+use footage::scan::counted;
 use imaging::color::luminance;
 use imaging::{Image, Mask};
 
@@ -46,10 +47,10 @@ pub(super) fn check(pictures: &Pictures) -> Check {
     let [doubtful, bad] = SHARES;
     let level = Level::of(unlike as f32 / far.len() as f32, doubtful, bad);
     let looked = match pictures.all_frames == far.len() {
-        true => format!("{} frames", far.len()),
+        true => counted(far.len(), "frame"),
         false => format!(
-            "{} checked frames ({} in all)",
-            far.len(),
+            "{} ({} in all)",
+            counted(far.len(), "checked frame"),
             pictures.all_frames
         ),
     };
@@ -59,7 +60,7 @@ pub(super) fn check(pictures: &Pictures) -> Check {
     );
     Check::new(Subject::Frames, level, sentence).remedy(
         "Photograph poses like these frames, or expect guesses there. If the interview's light or the response is in \
-         doubt, mend that first",
+         doubt, fix that first",
     )
 }
 

@@ -3,6 +3,7 @@
 use super::{Check, Level, Subject};
 use calibration::Calibration;
 use calibration::rig_check::Fault;
+use footage::scan::counted;
 use glam::Vec3;
 use light::Lamp;
 use std::f32::consts::SQRT_2;
@@ -130,8 +131,8 @@ fn clipped(calibration: &Calibration) -> Check {
     const REMEDY: &str = "Photograph the balls again with a shorter exposure or a denser filter";
     if !half.is_empty() {
         let sentence = format!(
-            "{} lamps are clipped over more than half of their light, so their energy is not known{}",
-            half.len(),
+            "More than half of the light of {} is clipped, so the energy is not known{}",
+            counted(half.len(), "lamp"),
             names(&half)
         );
         return Check::new(Subject::LampsClipped, Level::Bad, sentence).remedy(REMEDY);

@@ -195,15 +195,14 @@ impl Check {
 
     /// What is not known before the project is calibrated.
     fn uncalibrated(subject: Subject) -> Self {
-        Self::new(subject, Level::Unknown, "Not known yet")
-            .remedy("Run `afterlight calibrate` on the project")
+        Self::new(subject, Level::Unknown, "Not known yet").remedy("Calibrate the project")
     }
 
     /// What is not known because something could not be read; `why` says what to do.
     fn unread(subject: Subject, why: &str) -> Self {
         let (sentence, remedy) = why
             .rsplit_once(". ")
-            .unwrap_or((why, "Mend that, and check again"));
+            .unwrap_or((why, "Fix that, and check again"));
         Self::new(subject, Level::Unknown, format!("Not known: {sentence}")).remedy(remedy)
     }
 

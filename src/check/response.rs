@@ -96,9 +96,8 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let light = Level::of(unexplained(calibration), doubtful, bad);
     if light != Level::Good {
         level = level.worst(light);
-        sentence +=
-            "; but some of the interview's light is no sum of the lamps, so both may be elsewhere";
-        remedy = "Mend the interview's light first";
+        sentence += "; but the lamps cannot make all of the interview's light, so both figures may be wrong";
+        remedy = "Fix the interview's light first";
     }
     check(level, sentence).remedy(remedy)
 }

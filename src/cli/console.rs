@@ -75,6 +75,9 @@ impl Console {
         match report {
             Report::Saved | Report::Training(_) => {}
             Report::Blocked(sentence) | Report::Say(sentence) => bar.bar.suspend(|| say(sentence)),
+            Report::Advise { sentence, how } => {
+                bar.bar.suspend(|| say(format_args!("{sentence} ({how})")));
+            }
             Report::Step {
                 stage,
                 done,

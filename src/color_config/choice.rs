@@ -84,7 +84,10 @@ impl ColorChoice {
                 format!(
                     "no OpenColorIO configuration is named, and the variable {VARIABLE} is not set"
                 ),
-                "Name one with --ocio FILE, set it for the project (afterlight ocio PROJECT --use FILE), or set OCIO",
+                (
+                    "Name one, set it for the project, or set OCIO",
+                    "--ocio FILE, or afterlight ocio PROJECT --use FILE",
+                ),
             ));
         };
         ColorConfig::open(&named)
@@ -101,7 +104,10 @@ impl ColorChoice {
         if let (Some(space), true) = (&self.space, self.display.is_some() || self.view.is_some()) {
             return Err(Error::invalid(
                 format!("a picture cannot be both in the colour space {space} and shown by a view"),
-                "Leave --ocio-space out, or --ocio-display and --ocio-view",
+                (
+                    "Leave one of both out",
+                    "--ocio-space, or --ocio-display and --ocio-view",
+                ),
             ));
         }
         let config = self.open()?;

@@ -233,7 +233,7 @@ impl ColorConfig {
         };
         Error::missing(
             format!("{} has no {what} {name:?}: {known}", self.path.display()),
-            "Choose one that it has (afterlight ocio lists all)",
+            ("Choose one that it has", "afterlight ocio lists all"),
         )
     }
 }
@@ -247,7 +247,10 @@ fn read(path: &Path) -> Result<String> {
     {
         return Err(Error::invalid(
             format!("{} is an archive", path.display()),
-            "Unpack it (ocioarchive --extract) and name the config.ocio in it",
+            (
+                "Unpack it and name the config.ocio in it",
+                "ocioarchive --extract",
+            ),
         ));
     }
     base::files::read_text(path, MOST_BYTES).map_err(fail)

@@ -182,7 +182,7 @@ impl<'a, B: Backend> Composition<'a, B> {
         }
         if reused {
             done.ran = false;
-            done.reason = "nothing it depends on has changed: its picture is cached".to_owned();
+            done.reason = "cached".to_owned();
         }
         done.worked |= done.ran;
         Ok(done)

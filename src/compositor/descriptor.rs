@@ -139,7 +139,7 @@ impl PassContext<'_> {
         let why = if self.scene.background == Background::None {
             NO_BACKGROUND
         } else if is_cut_out(self.scene) {
-            "the background is forced off"
+            "background is off by hand"
         } else if self.facts.open_share > 0.0 {
             return Ok(());
         } else {
@@ -159,7 +159,7 @@ impl PassContext<'_> {
 
 /// Why a pass is skipped.
 pub(crate) const NOT_ASKED: &str = "off";
-pub(crate) const NO_BACKGROUND: &str = "the scene asks for no background";
+pub(crate) const NO_BACKGROUND: &str = "background is off";
 const LINEAR: &str = "the output stays linear";
 
 /// `yes` if it runs, else why not.

@@ -22,11 +22,11 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
             (None, Ok(reason)) => (true, reason),
             (None, Err(reason)) => (false, reason),
             (Some(true), Err(reason)) if reason == NOT_ASKED => {
-                (true, "forced; nothing asks for it".to_owned())
+                (true, "on by hand; not needed here".to_owned())
             }
-            (Some(true), Ok(reason) | Err(reason)) => (true, format!("forced; {reason}")),
+            (Some(true), Ok(reason) | Err(reason)) => (true, format!("on by hand; {reason}")),
             // Whether it would be called for was not measured.
-            (Some(false), _) => (false, "forced off".to_owned()),
+            (Some(false), _) => (false, "off by hand".to_owned()),
         };
         let read = (descriptor.reads)(&context, &planned);
         let key = match (descriptor.run, pass) {

@@ -295,7 +295,7 @@ fn a_forced_pass_runs_or_not_whatever_calls_for_it_and_says_so() {
                     continue;
                 }
                 assert_eq!(after.run, run, "{pass:?}");
-                let says = if run { "forced; " } else { "forced off" };
+                let says = if run { "on by hand; " } else { "off by hand" };
                 assert!(after.reason.starts_with(says), "{}", after.reason);
                 assert_eq!(
                     changed.contains(&pass.name()),

@@ -4,7 +4,7 @@ use super::descriptor::{Descriptor, Run, decide};
 use super::facts::key;
 use scene::Pass;
 
-const CACHED: &str = "it is made once and cached: no picture is made without it";
+const CACHED: &str = "no picture is made without it";
 
 pub(crate) const PREDICT: Descriptor = Descriptor {
     fixed: |_| Some(CACHED),
@@ -14,7 +14,7 @@ pub(crate) const PREDICT: Descriptor = Descriptor {
         decide(
             !context.facts.field_cached,
             || format!("frame {} was not predicted yet", context.scene.frame),
-            "the prediction of this frame is cached",
+            "cached",
         )
     })
 };
@@ -27,7 +27,7 @@ pub(crate) const WEIGHTS: Descriptor = Descriptor {
         decide(
             !context.facts.weights_cached,
             || "the environment, its rotation or its grade has changed".to_owned(),
-            "the weights of this light are cached",
+            "cached",
         )
     })
 };

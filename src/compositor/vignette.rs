@@ -203,10 +203,10 @@ mod tests {
         };
         let plain = with(Effects::default());
         let on = forced(0.0, true);
-        assert_eq!(report(&on), (true, "forced; nothing asks for it"));
+        assert_eq!(report(&on), (true, "on by hand; not needed here"));
         assert_eq!((&on.linear, &on.display), (&plain.linear, &plain.display));
         let off = forced(0.9, false);
-        assert_eq!(report(&off), (false, "forced off"));
+        assert_eq!(report(&off), (false, "off by hand"));
         assert_eq!((&off.linear, &off.display), (&plain.linear, &plain.display));
     }
 }

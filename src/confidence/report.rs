@@ -266,7 +266,10 @@ impl ConfidenceReport {
         if !path.exists() {
             return Ok(None);
         }
-        let remedy = "Remove the file and run afterlight confidence again";
+        let remedy = (
+            "Remove the file and estimate again",
+            "afterlight confidence PROJECT",
+        );
         let text = files::read_text(&path, files::MOST_TEXT)
             .map_err(|e| Error::io("read", &path, e, remedy))?;
         let found: Self = serde_json::from_str(&text).map_err(|e| {

@@ -118,9 +118,12 @@ pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Resu
             "the network was trained on the truth frames {}, so they cannot judge it",
             list(&seen)
         ),
-        format!(
-            "Train again with: afterlight train PROJECT --fresh --exclude-frames {}",
-            list(truth_frames)
+        (
+            "Train again without them",
+            format!(
+                "afterlight train PROJECT --fresh --exclude-frames {}",
+                list(truth_frames)
+            ),
         ),
     ))
 }
@@ -329,7 +332,7 @@ mod tests {
         assert!(excluded_check(&[0, 1, 2], &[5, 14]).is_ok());
         let error = excluded_check(&[0, 5, 14, 20], &[5, 14, 25])
             .unwrap_err()
-            .to_string();
+            .for_terminal();
         assert!(
             error.contains("truth frames 5,14,") && error.contains("--exclude-frames 5,14,25"),
             "{error}"

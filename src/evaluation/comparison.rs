@@ -55,7 +55,7 @@ pub fn compare(
         .collect();
     if frames.is_empty() {
         return Err(Error::missing(
-            "no frame of the truth has true OLATs",
+            "the truth has no OLATs of a frame",
             "Evaluate another method: --with network, nearest or ratio",
         ));
     }

@@ -409,7 +409,7 @@ fn worst(
 
 fn no_true_olats() -> Error {
     Error::missing(
-        "no frame of the truth has true OLATs",
+        "the truth has no OLATs of a frame",
         "Leave out the contact sheet",
     )
 }

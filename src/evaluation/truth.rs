@@ -89,7 +89,7 @@ impl Truth {
                     "{} holds no relit truth such as frame_005_relit_pisa.exr for an environment of the shoot",
                     truth.folder.display()
                 ),
-                "Give the shoot's folder or its truth folder with --truth DIR",
+                ("Give the shoot's folder or its truth folder", "--truth DIR"),
             ));
         }
         (truth.frames, truth.environments) = (frames, environments);

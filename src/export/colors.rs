@@ -225,13 +225,19 @@ pub(super) fn check_config(
     if space.is_some() || table.is_some() {
         return Err(Error::invalid(
             "an OpenColorIO configuration decides the colours of a file alone",
-            "Leave --space and --lut out, or --ocio-display, --ocio-view, --ocio-look and --ocio-space",
+            (
+                "Leave out the colour space and the LUT, or the configuration",
+                "--space and --lut, or --ocio-display, --ocio-view, --ocio-look and --ocio-space",
+            ),
         ));
     }
     if is_linear && choice.is_view() {
         return Err(Error::invalid(
             format!("{to} holds linear light, and a view makes codes of a display"),
-            "Write PNG, TIFF or a movie, or name a linear colour space (--ocio-space scene_linear)",
+            (
+                "Write PNG, TIFF or a movie, or name a linear colour space",
+                "--ocio-space scene_linear",
+            ),
         ));
     }
     Ok(())

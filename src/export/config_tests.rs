@@ -164,7 +164,7 @@ fn what_cannot_be_together_is_refused() {
         let table = table.map(Path::new);
         check_config(&view, (space, table), to, is_linear)
             .unwrap_err()
-            .to_string()
+            .for_terminal()
     };
     assert!(refused(Some(OutputSpace::P3), None, "a.png", false).contains("--space"));
     assert!(refused(None, Some("x.cube"), "a.png", false).contains("--lut"));

@@ -112,6 +112,15 @@ pub fn untaken(text: &str, first: usize, last: usize) -> Result<String> {
     Ok(name)
 }
 
+/// The names that [`untaken`] tries for `text`, in its order, from `name` on; none if that is not one of the first million.
+pub fn numbered_from(text: &str, name: &str) -> impl Iterator<Item = String> {
+    let all = (1..=1_000_000).map(move |number| match number {
+        1 => text.to_owned(),
+        _ => numbered(text, number),
+    });
+    all.skip_while(move |tried| tried != name)
+}
+
 /// The destination `text` with a number behind its name, before the frame's number.
 fn numbered(text: &str, number: usize) -> String {
     let start = text.rfind(std::path::is_separator).map_or(0, |at| at + 1);

@@ -41,7 +41,7 @@ pub use certificate::{
 pub use clip::{ClipWriter, Movie};
 pub use codec::{Codec, Container};
 pub use colors::{Encoding, OutputSpace};
-pub use destination::{Destination, Stills, untaken};
+pub use destination::{Destination, Stills, numbered_from, untaken};
 pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, Samples};
 pub use footage_print::footage_print;
 pub use format::{Bits, Existing, Files, Format, MovieAlpha, PixelBits};

@@ -20,8 +20,10 @@ pub struct Sound(Unfinished);
 
 /// A difference that nobody hears, in seconds: less than a frame.
 const UNHEARD_S: f64 = 0.02;
-const REMEDY: &str =
-    "Check that the interview's movie is there and whole, or export without sound (--no-sound)";
+const REMEDY: (&str, &str) = (
+    "Check that the interview's movie is there and whole, or export without sound",
+    "--no-sound",
+);
 
 /// What ffprobe says of a movie.
 #[derive(Deserialize)]

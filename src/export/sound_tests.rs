@@ -247,7 +247,7 @@ fn a_movie_without_sound_or_that_is_cut_off_is_said() {
     };
     let whole = std::fs::read(&file).unwrap();
     std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();
-    let said = extract().0.unwrap_err().to_string();
+    let said = extract().0.unwrap_err().for_terminal();
     assert!(
         said.contains("take 1") && said.contains("--no-sound"),
         "{said}"

@@ -19,6 +19,7 @@ use base::error::{Error, Result};
 use base::files::remove_left_over;
 use base::progress::Progress;
 use compositor::{Picture, view};
+use footage::scan::counted;
 use scene::{Effects, Inspection, Output, Pass};
 use std::path::PathBuf;
 
@@ -251,7 +252,10 @@ impl Writer {
     /// What there is if it ends now.
     pub fn keeps(&self) -> String {
         match self.writes_stills() {
-            true => format!("{} frames are kept: {}", self.done, self.to),
+            true => {
+                let are = if self.done == 1 { "is" } else { "are" };
+                format!("{} {are} kept: {}", counted(self.done, "frame"), self.to)
+            }
             false => "no movie was written".to_owned(),
         }
     }
@@ -329,7 +333,10 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
                         "{} keeps no alpha: {to} cannot be premultiplied",
                         codec.name()
                     ),
-                    "Write ProRes 4444 (.mov) or FFV1 (.mkv), or leave --movie-alpha out",
+                    (
+                        "Write ProRes 4444 (.mov) or FFV1 (.mkv), or no alpha of a movie",
+                        "leave --movie-alpha out",
+                    ),
                 ));
             }
         }
@@ -347,14 +354,17 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
     }
     if files.resume && files.existing == Existing::Keep {
         return Err(Error::invalid(
-            "an export that goes on (--resume) cannot keep existing files under their names (--keep)",
-            "Leave one of both out",
+            "an export that resumes cannot keep existing files under their names",
+            ("Leave one of both out", "--resume or --keep"),
         ));
     }
     if files.resume && matches!(destination, Destination::Clip(_)) {
         return Err(Error::invalid(
-            format!("{to} is a movie, which is written whole: it cannot go on (--resume)"),
-            "Write stills, such as out.%04d.png, or leave --resume out",
+            format!("{to} is a movie, which is written whole: it cannot resume"),
+            (
+                "Write stills, such as out.%04d.png, or start over",
+                "leave --resume out",
+            ),
         ));
     }
     if files.layers && !is_linear {

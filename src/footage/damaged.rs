@@ -62,9 +62,9 @@ pub fn offer(project: &Project, index: usize, error: Error) -> Error {
     if !is_damaged || nearest(project, index).is_none() {
         return error;
     }
-    error.with_note(&format!(
-        "or go on without frame {index} of the interview: `afterlight frame {} --damaged-frames hold` shows the frame before it in \
-         its place, `black` shows black",
+    let note = format!("or go on without frame {index} of the interview");
+    error.with_note(&note).with_how(format!(
+        "afterlight frame {} --damaged-frames hold shows the frame before it in its place, `black` shows black",
         project.root.display()
     ))
 }
@@ -119,7 +119,7 @@ mod tests {
     /// Frame 2 cannot be read: work stops and says what to do, or goes on with the frame before it, or with black.
     fn check(project: &Project) {
         let filmed = |project: &Project, frame| Frame::load_filmed(project, &Response::Srgb, frame);
-        let said = filmed(project, 2).unwrap_err().to_string();
+        let said = filmed(project, 2).unwrap_err().for_terminal();
         for word in ["frame 2", "--damaged-frames hold", "`black`"] {
             assert!(said.contains(word), "{said}");
         }

@@ -37,7 +37,10 @@ pub fn read_matte(matte: &Matte) -> Result<Mask> {
 fn no_matte(file: &Path) -> Error {
     Error::missing(
         format!("there is no matte {}", file.display()),
-        "Make the mattes with `afterlight matte PROJECT`, or put your own there as grey PNGs of the picture's size",
+        (
+            "Make the mattes, or put your own there as grey PNGs of the picture's size",
+            "afterlight matte PROJECT",
+        ),
     )
 }
 

@@ -110,9 +110,10 @@ pub fn plan_import(
         progress.say(FAR);
     }
     if !ball.has_circle() {
-        progress.say(
-            "The manifest does not say where the mirror ball is in its photographs. `afterlight calibrate` finds it; \
-             check the circle in the studio's Probe workspace",
+        progress.advise(
+            "The manifest does not say where the mirror ball is in its photographs. Calibrating finds it; check the circle \
+             in the workspace Calibrate",
+            "afterlight calibrate PROJECT",
         );
     }
     let lamp_layout = manifest
@@ -197,9 +198,12 @@ fn frame_subject(project: &mut Project, sizes: [(usize, usize); 2], progress: &P
             ),
         };
         if width != height {
-            progress.say(format!(
-                "The {what} have {width} × {height} pixels. {square}; choose another with `afterlight frame`"
-            ));
+            progress.advise(
+                format!(
+                    "The {what} have {width} × {height} pixels. {square}; another can be chosen"
+                ),
+                "afterlight frame PROJECT",
+            );
         }
     }
 }
@@ -228,9 +232,12 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
     let mattes = |folder: &str, mattes: Vec<Matte>, picture: (&Picture, (usize, usize))| {
         let is_none = |matte: &Matte| !matte.file().exists();
         if !project.shoot_path(folder).exists() && mattes.iter().any(is_none) {
-            progress.say(format!(
-                "The shoot has no {folder}/. Make the mattes with `afterlight matte` before you calibrate and train"
-            ));
+            progress.advise(
+                format!(
+                    "The shoot has no {folder}/. Make the mattes before you calibrate and train"
+                ),
+                "afterlight matte PROJECT",
+            );
             return Ok(());
         }
         let of_picture: Vec<_> = mattes.iter().map(|matte| matte.picture().clone()).collect();
@@ -279,14 +286,17 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
                     file.display(),
                     clip.count
                 ),
-                "Give each frame its matte, or remove the folder and let `afterlight matte` make them",
+                (
+                    "Give each frame its matte, or remove the folder and let Afterlight make them",
+                    "afterlight matte PROJECT",
+                ),
             ));
         }
     }
     if frame_size != olat_size {
-        progress.say(
-            "Frames and exemplars differ in size. Frame both with `afterlight frame` so that the subject is \
-             equally large in them",
+        progress.advise(
+            "Frames and exemplars differ in size. Frame both so that the subject is equally large in them",
+            "afterlight frame PROJECT",
         );
     }
     let mut probes = vec![project.interview_probe_picture()];

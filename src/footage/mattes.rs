@@ -103,7 +103,7 @@ impl MattesReport {
         }
         if self.painted_kept > 0 {
             text += &format!(
-                "; {} frames with strokes kept their old mattes: --replace makes them again",
+                "; {} frames with strokes kept their old mattes",
                 self.painted_kept
             );
         }

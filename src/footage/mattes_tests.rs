@@ -312,7 +312,7 @@ fn a_clean_plate_serves_a_whole_project() {
             None,
             &Progress::silent(),
         );
-        let said = said.unwrap_err().to_string();
+        let said = said.unwrap_err().for_terminal();
         assert!(
             said.contains("--clean-plate") && said.contains("paint"),
             "{said}"
@@ -366,7 +366,7 @@ fn strokes_on_one_frame_serve_the_others() {
         None,
         &Progress::silent(),
     );
-    assert!(kept.unwrap().sentence().contains("--replace"));
+    assert!(kept.unwrap().sentence().contains("kept their old mattes"));
     let (report, iou, off) = stage.made(&again_all());
     assert_eq!((report.painted, report.followed), (1, 0));
     assert!(

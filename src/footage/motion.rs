@@ -96,7 +96,10 @@ impl Correction {
     /// # Errors
     /// When the calibration or the pose's matte cannot be read.
     pub fn of(project: &Project, pose: usize) -> Result<Option<Self>> {
-        const REMEDY: &str = "Run `afterlight calibrate` on the project";
+        const REMEDY: (&str, &str) = (
+            "Calibrate the project again",
+            "afterlight calibrate PROJECT",
+        );
         let path = project.calibration_path();
         if !path.exists() {
             return Ok(None);

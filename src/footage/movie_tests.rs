@@ -156,7 +156,7 @@ fn a_shoot_of_movies_is_the_shoot_of_its_files() {
     let movies = import(&root, &filmed, &SETTINGS, &silent).unwrap();
     let said = Frame::load(&movies, &Response::Srgb, 0)
         .unwrap_err()
-        .to_string();
+        .for_terminal();
     assert!(
         said.contains("afterlight matte") && said.contains("frame_000000.png"),
         "{said}"

@@ -214,7 +214,7 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
         missing.extend(lacks.map(|name| format!("{inside}/{name}.png")));
     }
     let found = match found {
-        0 if missing.is_empty() => "none: `afterlight matte` makes them".to_owned(),
+        0 if missing.is_empty() => "none yet".to_owned(),
         found => counted(found, "matte"),
     };
     needed(

@@ -102,7 +102,7 @@ impl Manifest {
                 "read",
                 &path,
                 e,
-                "Correct the manifest; `afterlight stage` writes an example",
+                ("Correct the manifest", "afterlight stage writes an example"),
             )
         })
     }

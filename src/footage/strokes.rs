@@ -67,7 +67,7 @@ impl Strokes {
     /// # Errors
     /// When the file cannot be read, or says what no brush can.
     pub fn load(project: &Project) -> Result<Self> {
-        const REMEDY: &str = "Mend the file, or remove it and paint again";
+        const REMEDY: &str = "Correct the file, or remove it and paint again";
         let path = Self::path(project);
         if !path.exists() {
             return Ok(Self::default());

@@ -47,7 +47,10 @@ impl Rounds {
         let refuse = |why: String| {
             Error::invalid(
                 format!("{}: {why}", path.display()),
-                "Say which frames the lamps lit: `frames`, or `lamps` frame by frame, in a TOML map (afterlight import --help)",
+                (
+                    "Say which frames the lamps lit: `frames`, or `lamps` frame by frame, in a TOML map",
+                    "afterlight import --help",
+                ),
             )
         };
         let (first, count) = (source.first(), source.count()?);

@@ -4,6 +4,7 @@
 mod adapters;
 mod autotune;
 mod measured;
+mod quiet;
 mod self_test;
 
 pub use adapters::{Adapter, adapters};
@@ -77,12 +78,13 @@ impl ComputeDevice {
     /// Picks a device. Software rasterisers do not count as GPUs: there the CPU backend is faster. A GPU
     /// whose results differ from the CPU's in a short test, once for each process, is not used.
     pub fn choose(choice: DeviceChoice) -> Self {
-        let gpu = match choice {
-            DeviceChoice::Cpu => Err("as asked".to_owned()),
-            DeviceChoice::Auto => Gpu::shared(is_hardware),
-            DeviceChoice::Gpu => Gpu::shared(|_| true),
+        let suits = match choice {
+            DeviceChoice::Cpu => return Self::trusted(Err("as asked".to_owned()), Gpu::check),
+            DeviceChoice::Auto => is_hardware,
+            DeviceChoice::Gpu => |_: &wgpu::AdapterInfo| true,
         };
-        Self::trusted(gpu, Gpu::check)
+        // The test starts the last of burn's threads.
+        quiet::starting(|| Self::trusted(Gpu::shared(suits), Gpu::check))
     }
 
     /// The device whether it passes the self-test or not, to measure it: what it computes may be wrong.

@@ -85,13 +85,19 @@ pub fn check(media: &Media, (_, last): (usize, usize), place: LayerFiles) -> Res
     if place == LayerFiles::Parts {
         return Err(Error::invalid(
             "Blender reads only the first part of an EXR, and the layers are to be parts",
-            "Write them as channels or as files (--layer-files channels)",
+            (
+                "Write them as channels or as files",
+                "--layer-files channels",
+            ),
         ));
     }
     if last > MOST_FRAMES {
         return Err(Error::invalid(
             format!("Blender counts frames up to {MOST_FRAMES}, and the last one is {last}"),
-            "Export a part of the interview by --frames, or leave blender out of --hand-over",
+            (
+                "Export a part of the interview, or do not hand over to Blender",
+                "--frames, or leave blender out of --hand-over",
+            ),
         ));
     }
     let Media::Stills(stills) = media else {
@@ -289,7 +295,7 @@ mod tests {
         let stills = |to: &str| Media::of(to, "Blender").unwrap();
         let said = |to: &str, last, place| {
             let checked = check(&stills(to), (0, last), place);
-            checked.map_or_else(|e| e.to_string(), |()| String::new())
+            checked.map_or_else(|e| e.for_terminal(), |()| String::new())
         };
         assert_eq!(said("a1/shot2.%04d.exr", 99, LayerFiles::Channels), "");
         assert!(said("shot.%04d.v2.exr", 99, LayerFiles::Files).contains("number last"));

@@ -23,7 +23,10 @@ pub fn check((frames, seconds): (i32, u32)) -> Result<()> {
         format!(
             "an EDL cannot count {rate:.3} frames per second, only whole rates and television's from 1 to 100"
         ),
-        "Hand over by otio, or leave edl out of --hand-over",
+        (
+            "Hand over by OpenTimelineIO",
+            "--hand-over otio, or leave edl out of it",
+        ),
     ))
 }
 

@@ -73,7 +73,10 @@ impl Layers {
                         found.lamps.len(),
                         rig.lamps.len()
                     ),
-                    "Export all frames again with --layers, without --resume",
+                    (
+                        "Export all frames again with light layers",
+                        "--layers, without --resume",
+                    ),
                 ));
             }
             for (weights, layer) in weights.iter_mut().zip(&found.lamps) {

@@ -53,9 +53,12 @@ pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
                 program.name(),
                 files.to
             ),
-            format!(
-                "Add --layers and write an EXR, such as shot.%04d.exr, or leave {} out of --hand-over",
-                program.name().to_lowercase()
+            (
+                "Add light layers and write an EXR, such as shot.%04d.exr",
+                format!(
+                    "--layers, or leave {} out of --hand-over",
+                    program.name().to_lowercase()
+                ),
             ),
         ));
     }

@@ -318,6 +318,23 @@ pub mod tests {
     }
 
     #[test]
+    fn a_light_follows_the_keys_of_its_group() {
+        let mut settings = moving();
+        let still = under(&settings);
+        settings.lighting.number_lights();
+        // From -1 to 3 stops, where it was 1.
+        settings.animation.set(Setting::Group(1), keys(-1.0, 3.0));
+        let light = under(&settings);
+        for (k, (now, before)) in light.frames.iter().zip(&still.frames).enumerate() {
+            let gain = (k as f32 - 2.0).exp2();
+            for (now, before) in now.placed[0].light.iter().zip(before.placed[0].light) {
+                assert!((now - gain * before).abs() <= 1e-5 * now, "{now} {before}");
+            }
+            assert_eq!(now.placed[1].light, before.placed[1].light, "of no group");
+        }
+    }
+
+    #[test]
     fn lamps_give_the_light_of_the_panorama_and_of_placed_lights_once() {
         let light = lit();
         let sky = light.environment.energy();

@@ -51,6 +51,8 @@ pub struct LampResponses {
 }
 
 struct LampResponse {
+    /// In the rig.
+    index: usize,
     direction: Vec3,
     /// Luminance for energy 1; zero where the OLAT has no finite, positive value.
     light: Raster<f32>,
@@ -76,7 +78,7 @@ impl LampResponses {
             }
             let olat = olat(i)?;
             if olat.size() == matte.size() {
-                lamps.push(LampResponse::of(lamp, matte, &olat));
+                lamps.push(LampResponse::of((i, lamp), matte, &olat));
             }
         }
         Ok(Self {
@@ -87,13 +89,33 @@ impl LampResponses {
 
     /// The unit direction from the subject towards a light that is brightest in column `x` and row `y`.
     ///
-    /// A lamp scores by how bright it makes the point, times the share that this is of the brightest it makes anywhere on
-    /// the subject. The direction is where squared scores are densest on the sphere, so that it lies between lamps and
-    /// follows the point smoothly.
+    /// The direction is where squared scores are densest on the sphere, so that it lies between lamps and follows the point
+    /// smoothly. A lamp scores by how bright it makes the point, times the share that this is of the brightest it makes
+    /// anywhere on the subject.
     ///
     /// # Errors
     /// Why there is none.
-    pub fn aim(&self, [x, y]: [usize; 2]) -> Result<Vec3, NoAim> {
+    pub fn aim(&self, at: [usize; 2]) -> Result<Vec3, NoAim> {
+        let scores = self.scores(at)?;
+        let weighed: Vec<(Vec3, f32)> = (self.lamps.iter())
+            .map(|lamp| lamp.direction)
+            .zip(scores.map(|score| score * score))
+            .collect();
+        Ok(densest(&weighed, spacing(&weighed)))
+    }
+
+    /// The lamp, by its index in the rig, that scores most there, as in [`Self::aim`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn lamp(&self, at: [usize; 2]) -> Result<usize, NoAim> {
+        let scored = self.lamps.iter().zip(self.scores(at)?);
+        let best = scored.max_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or(Err(NoAim::FewLamps), |(lamp, _)| Ok(lamp.index))
+    }
+
+    /// Each lamp's score in column `x` and row `y`, finite and not negative.
+    fn scores(&self, [x, y]: [usize; 2]) -> Result<impl Iterator<Item = f32>, NoAim> {
         let (width, height) = self.matte.size();
         // NaN is no subject either.
         let covered = x < width && y < height && self.matte.at(x, y) >= LEAST_MATTE;
@@ -120,19 +142,14 @@ impl LampResponses {
         if brightest * here.len() as f32 <= LEAST_LEAD * here.iter().sum::<f32>() {
             return Err(NoAim::Alike);
         }
-        let scores = self.lamps.iter().zip(&here).map(|(lamp, &here)| {
+        Ok(self.lamps.iter().zip(here).map(move |(lamp, here)| {
             let share = if lamp.peak > here {
                 here / lamp.peak
             } else {
                 1.0
             };
             here / brightest * share
-        });
-        let weighed: Vec<(Vec3, f32)> = (self.lamps.iter())
-            .map(|lamp| lamp.direction)
-            .zip(scores.map(|score| score * score))
-            .collect();
-        Ok(densest(&weighed, spacing(&weighed)))
+        }))
     }
 
     /// Columns and rows of the pictures.
@@ -167,7 +184,7 @@ impl LampResponses {
 }
 
 impl LampResponse {
-    fn of(lamp: &Lamp, matte: &Mask, olat: &Image) -> Self {
+    fn of((index, lamp): (usize, &Lamp), matte: &Mask, olat: &Image) -> Self {
         let light = olat.map(|pixel| {
             let light = luminance(std::array::from_fn(|c| pixel[c] / lamp.energy[c]));
             if light.is_finite() {
@@ -191,6 +208,7 @@ impl LampResponse {
             }
         };
         Self {
+            index,
             direction: lamp.direction.normalize(),
             light,
             peak,

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 pub struct LightGroup {
     pub name: String,
+    /// Tells it from the other groups, whatever it is called; 0 until [`super::Lighting::number_lights`].
+    #[serde(skip_serializing_if = "is_unknown")]
+    pub id: u32,
     /// Brightness of all its lights in stops, within [`super::Lighting::STOPS`].
     #[serde(skip_serializing_if = "is_zero")]
     pub gain_stops: f32,
@@ -22,6 +25,12 @@ pub struct LightGroup {
 #[allow(clippy::trivially_copy_pass_by_ref)]
 fn is_zero(value: &f32) -> bool {
     *value == 0.0
+}
+
+/// The signature is serde's.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_unknown(id: &u32) -> bool {
+    *id == 0
 }
 
 impl LightGroup {

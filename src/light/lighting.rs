@@ -135,18 +135,18 @@ impl Lighting {
         solo.map(|(i, light)| light.title(i)).collect()
     }
 
-    /// Gives each light that has no [`PlacedLight::id`], or that of one before it, the smallest that is free.
+    /// The same with no light and no group that is solo.
+    pub fn without_solo(mut self) -> Self {
+        (self.placed.iter_mut()).for_each(|light| light.solo = false);
+        (self.groups.iter_mut()).for_each(|group| group.solo = false);
+        self
+    }
+
+    /// Gives each light that has no [`PlacedLight::id`], or that of one before it, the smallest that is free; and each group so
+    /// among the groups.
     pub fn number_lights(&mut self) {
-        let mut taken = HashSet::new();
-        for light in &mut self.placed {
-            if !taken.insert(light.id) {
-                light.id = 0;
-            }
-        }
-        let mut free = (1..).filter(|id| !taken.contains(id));
-        for light in self.placed.iter_mut().filter(|light| light.id == 0) {
-            light.id = free.next().unwrap_or_default();
-        }
+        number(self.placed.iter_mut().map(|light| &mut light.id));
+        number(self.groups.iter_mut().map(|group| &mut group.id));
     }
 
     /// The smallest number that no light has.
@@ -301,6 +301,21 @@ fn scale(weights: &mut LightWeights, gains: [f32; 3]) {
     }
 }
 
+/// Gives each that is 0, or that one before it is too, the smallest that is free.
+fn number<'a>(ids: impl Iterator<Item = &'a mut u32>) {
+    let mut taken = HashSet::new();
+    let mut missing = Vec::new();
+    for id in ids {
+        if *id == 0 || !taken.insert(*id) {
+            missing.push(id);
+        }
+    }
+    let mut free = (1..).filter(|id| !taken.contains(id));
+    for id in missing {
+        *id = free.next().unwrap_or_default();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -436,7 +451,14 @@ mod tests {
                 placed: ids.iter().map(light).collect(),
                 ..Lighting::default()
             };
+            let group = |&id: &u32| LightGroup {
+                id,
+                ..LightGroup::default()
+            };
+            lighting.groups = ids.iter().map(group).collect();
             lighting.number_lights();
+            let groups = lighting.groups.iter().map(|group| group.id);
+            assert!(groups.eq(lighting.placed.iter().map(|light| light.id)));
             let ids: Vec<u32> = lighting.placed.iter().map(|light| light.id).collect();
             (ids, lighting.another_light().id)
         };
@@ -538,6 +560,7 @@ mod tests {
             ..plain
         };
         assert_eq!(named.solo_titles(), ["Light 1"]);
+        assert!(named.is_solo() && !named.without_solo().is_solo());
     }
 
     #[test]

@@ -39,8 +39,11 @@ pub fn guessed(picture: &Encoded, find: impl Fn(&Encoded) -> Result<Mask>) -> Re
     if share(&|p| p > SURE) < LEAST {
         return Err(Error::missing(
             "neither a green or blue screen nor a person was found",
-            "Say where the person is (--box), paint what to keep and to remove in the studio (Footage, Paint matte), or put \
-             mattes of your own beside the pictures",
+            (
+                "Say where the person is, paint what to keep and to remove (Footage, Paint matte), or put mattes of your own \
+                 beside the pictures",
+                "afterlight matte PROJECT --box",
+            ),
         ));
     }
     let marks = guess.map(|p| match p {

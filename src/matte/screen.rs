@@ -115,9 +115,12 @@ pub fn key(picture: &Encoded) -> Result<Key> {
 fn none(why: &str) -> Error {
     Error::missing(
         format!("the picture shows no green or blue screen: {why}"),
-        "Give a box around the person (afterlight matte --box) or a clean plate (--clean-plate), paint what to keep and to \
-         remove in the studio (Footage, Paint matte), put mattes of your own beside the pictures, as grey PNGs of \
-         their size, or film before a green or blue screen that reaches the upper corners",
+        (
+            "Give a box around the person or a clean plate, paint what to keep and to remove (Footage, Paint matte), put \
+             mattes of your own beside the pictures, as grey PNGs of their size, or film before a green or blue screen \
+             that reaches the upper corners",
+            "afterlight matte PROJECT --box or --clean-plate",
+        ),
     )
 }
 

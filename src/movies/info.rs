@@ -235,7 +235,7 @@ impl Info {
             })
         };
         notes.push(format!(
-            "Its {}, and its {}; the response is fitted by `afterlight calibrate`, whatever the tags say",
+            "Its {}, and its {}; calibration fits the response, whatever the tags say",
             said("primaries", &video.color_primaries),
             said("transfer curves", &video.color_transfer)
         ));

@@ -214,9 +214,9 @@ impl Sequence {
             }
             "exr" => file::read_codes(&file).map_err(|e| match is_known(&file) {
                 true => e,
-                false => e.with_note(
-                    "if its compression is newer than OpenEXR 2, write it again: oiiotool IN.exr --compression zip -o OUT.exr",
-                ),
+                false => e
+                    .with_note("if its compression is newer than OpenEXR 2, write it again")
+                    .with_how("oiiotool IN.exr --compression zip -o OUT.exr"),
             })?,
             _ => file::read_codes(&file)?,
         };

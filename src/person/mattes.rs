@@ -275,7 +275,7 @@ fn where_nobody_is_a_sentence_says_so() {
     let segmenter = Segmenter::new().unwrap();
     let said = |room: &Encoded| match guessed(room, |p| segmenter.probability(p)) {
         Ok(_) => None,
-        Err(said) => Some(said.to_string()),
+        Err(said) => Some(said.for_terminal()),
     };
     let mut state = 1_u32;
     let mut noise = || {

@@ -130,7 +130,10 @@ impl Project {
                 "open",
                 &path,
                 e,
-                "Choose a project's folder, or make a project: afterlight import PROJECT --shoot DIR",
+                (
+                    "Choose a project's folder, or make a project",
+                    "afterlight import PROJECT --shoot DIR",
+                ),
             )
         })?;
         let settings: Settings = toml::from_str(&text).map_err(|e| {

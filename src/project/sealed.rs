@@ -1,7 +1,7 @@
 //! Tables that say whether they are as they were written: TOML files whose first line, a comment, holds a checksum of
 //! the rest.
 
-use base::error::{Error, Result};
+use base::error::{Error, Remedy, Result};
 use base::files::{self, write_beside};
 use serde::Serialize;
 use std::io::Write;
@@ -25,9 +25,12 @@ pub fn save_sealed(path: &Path, value: &impl Serialize) -> Result<()> {
 ///
 /// # Errors
 /// When it cannot be read, or is not as it was written; with `remedy`, which says what to do.
-pub fn read_sealed(path: &Path, remedy: &str) -> Result<String> {
-    let text =
-        files::read_text(path, files::MOST_TEXT).map_err(|e| Error::io("open", path, e, remedy))?;
+pub fn read_sealed(path: &Path, remedy: impl Into<Remedy>) -> Result<String> {
+    let remedy = remedy.into();
+    let text = match files::read_text(path, files::MOST_TEXT) {
+        Ok(text) => text,
+        Err(e) => return Err(Error::io("open", path, e, remedy)),
+    };
     let sealed = (text.strip_prefix(SEAL)).and_then(|rest| rest.split_once('\n'));
     if let Some((sum, rest)) = sealed
         && sum != format!("{:08x}", crc32fast::hash(rest.as_bytes()))

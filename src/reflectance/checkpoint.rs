@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::path::Path;
 
-const REMEDY: &str = "Train again: afterlight train PROJECT --fresh";
+const REMEDY: (&str, &str) = ("Train again", "afterlight train PROJECT --fresh");
 
 /// What `checkpoint.toml` holds besides the names of the weight files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -350,8 +350,14 @@ fn read_whole<T>(folder: &Path, read: impl Fn(&Table) -> Result<T>) -> Result<T>
 
 fn table(folder: &Path) -> Result<Table> {
     let path = folder.join("checkpoint.toml");
-    let text = files::read_text(&path, files::MOST_TEXT)
-        .map_err(|e| Error::io("open", &path, e, "Train first: afterlight train PROJECT"))?;
+    let text = files::read_text(&path, files::MOST_TEXT).map_err(|e| {
+        Error::io(
+            "open",
+            &path,
+            e,
+            ("Train first", "afterlight train PROJECT"),
+        )
+    })?;
     let mut table: Table =
         toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
     if let Some(name) = table.names().find(|name| !files::is_bare(name)) {

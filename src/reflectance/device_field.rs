@@ -189,6 +189,6 @@ fn stored(contents: &[u8], device: &wgpu::Device) -> wgpu::Buffer {
 fn device_failure(cause: &dyn std::fmt::Debug) -> Error {
     Error::device(
         format!("the device did not give the prediction back: {cause:?}"),
-        "Try again with --device cpu",
+        ("Try again on the CPU", "--device cpu"),
     )
 }

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 macro_rules! passes {
     ($(
         $(#[$doc:meta])*
-        $pass:ident = $name:literal
-            $(, $field:ident up to $most:literal, $label:literal: $hint:literal)?;
+        $pass:ident = $name:literal, $label:literal
+            $(, $field:ident up to $most:literal: $hint:literal)?;
     )*) => {
         /// One effect of the picture.
         #[derive(
@@ -29,6 +29,13 @@ macro_rules! passes {
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$pass => $name,)*
+                }
+            }
+
+            /// What people call it.
+            pub fn label(self) -> &'static str {
+                match self {
+                    $(Self::$pass => $label,)*
                 }
             }
         }
@@ -73,51 +80,52 @@ macro_rules! passes {
     };
 }
 
-// A pass that is asked for by a strength has: its field and option, the largest value, its label and its hint.
+// A pass has its name and its label; one that is asked for by a strength has: its field and option, the largest value and
+// its hint.
 passes! {
     /// The network predicts the frame's reflectance field.
-    Predict = "predict";
+    Predict = "predict", "Prediction";
     /// The field's brightness is held steady from frame to frame.
-    Smoothing = "smoothing", smoothing up to 1.0,
-        "Smoothing": "Evens out jumps in brightness between frames";
+    Smoothing = "smoothing", "Smoothing", smoothing up to 1.0:
+        "Evens out jumps in brightness between frames";
     /// The environment's energy is given to the lamps.
-    Weights = "weights";
+    Weights = "weights", "Lamp weights";
     /// The lamps' pictures are summed, and the subject is cut out.
-    Relight = "relight";
+    Relight = "relight", "Relight";
     /// The light of the working size is brought to the plate's size, where it multiplies the plate.
-    Plate = "plate";
+    Plate = "plate", "Plate";
     /// A screen's colour is taken out of the subject's rim.
-    Despill = "despill", despill up to 1.0,
-        "Despill": "Removes green- or blue-screen spill from the subject's edge";
+    Despill = "despill", "Despill", despill up to 1.0:
+        "Removes green- or blue-screen spill from the subject's edge";
     /// The environment is drawn behind the subject.
-    Background = "background";
+    Background = "background", "Background";
     /// The background is put out of focus.
-    BackgroundBlur = "background_blur", background_blur up to 0.25,
-        "Background blur": "Puts the background out of focus; radius as a share of the picture's height";
+    BackgroundBlur = "background_blur", "Background blur", background_blur up to 0.25:
+        "Puts the background out of focus; radius as a share of the picture's height";
     /// Light from behind reaches around the rim, and the subject is laid over what is behind it.
-    LightWrap = "light_wrap", light_wrap up to 1.0,
-        "Light wrap": "Wraps the background's light around the subject's edge";
+    LightWrap = "light_wrap", "Light wrap", light_wrap up to 1.0:
+        "Wraps the background's light around the subject's edge";
     /// The lens scatters light that is brighter than white.
-    Glare = "glare", glare up to 1.0,
-        "Glare": "Scatters light above white, as a lens does";
+    Glare = "glare", "Glare", glare up to 1.0:
+        "Scatters light above white, as a lens does";
     /// The lens darkens the picture towards its corners.
-    Vignette = "vignette", vignette up to 0.9,
-        "Vignette": "Darkens the corners, as a lens does; share of light that they lose";
+    Vignette = "vignette", "Vignette", vignette up to 0.9:
+        "Darkens the corners, as a lens does; share of light that they lose";
     /// Everything is made brighter or darker.
-    Exposure = "exposure";
+    Exposure = "exposure", "Exposure";
     /// Linear light is encoded for a display.
-    View = "view";
+    View = "view", "Tone curve";
     /// The picture gets the plate's grain.
-    Grain = "grain", grain up to 4.0,
-        "Grain": "Adds the plate's grain; 1 matches the plate";
+    Grain = "grain", "Grain", grain up to 4.0:
+        "Adds the plate's grain; 1 matches the plate";
     /// A pattern below one code keeps smooth gradients from showing steps.
-    Dither = "dither";
+    Dither = "dither", "Dither";
     /// One channel is shown in grey.
-    Channels = "channels";
+    Channels = "channels", "Channel";
     /// The difference to a second picture is shown.
-    Difference = "difference";
+    Difference = "difference", "Difference";
     /// Zones of exposure are shown in flat colours.
-    FalseColor = "false_color";
+    FalseColor = "false_color", "False colour";
 }
 
 /// A strength among [`Effects`], which asks for a pass.

@@ -24,6 +24,8 @@ pub enum Setting {
     Effect(Pass),
     /// A number of the placed light with this [`light::PlacedLight::id`].
     Light(u32, LightSetting),
+    /// The gain of the group of lights with this [`light::LightGroup::id`].
+    Group(u32),
 }
 
 /// A number of a placed light.
@@ -79,7 +81,7 @@ impl LightSetting {
         (Self::Yaw, "yaw", "azimuth"),
         (Self::Pitch, "pitch", "elevation"),
         (Self::Radius, "radius", "radius"),
-        (Self::Intensity, "intensity", "intensity"),
+        (Self::Intensity, "intensity", "gain"),
         (Self::Red, "red", "red"),
         (Self::Green, "green", "green"),
         (Self::Blue, "blue", "blue"),
@@ -96,9 +98,29 @@ impl Unit {
     pub fn suffix(self) -> &'static str {
         match self {
             Self::Degrees => "°",
-            Self::Stops => " stops",
+            Self::Stops | Self::Energy => " stops",
             Self::Kelvin => " K",
             _ => "",
+        }
+    }
+
+    /// A value as the window shows it: energy in stops, where 0 is π, with which white that faces the light is 1.
+    pub fn shown(self, value: f64) -> f64 {
+        match self {
+            Self::Energy => {
+                let [least, most] = [Lighting::STOPS.start(), Lighting::STOPS.end()];
+                let stops = (value.max(0.0) / std::f64::consts::PI).log2();
+                stops.clamp(f64::from(*least), f64::from(*most))
+            }
+            _ => value,
+        }
+    }
+
+    /// The value that is shown like this.
+    pub fn of_shown(self, shown: f64) -> f64 {
+        match self {
+            Self::Energy => std::f64::consts::PI * shown.exp2(),
+            _ => shown,
         }
     }
 
@@ -132,6 +154,10 @@ impl Setting {
                 let light = index.map_or("Light".to_owned(), |i| lighting.placed[i].title(i));
                 format!("{light} {}", setting.names().1)
             }
+            Self::Group(id) => {
+                let name = group(id, lighting).map_or("Group", |i| &lighting.groups[i].name);
+                format!("{name} gain")
+            }
             plain => plain.names().1.to_owned(),
         }
     }
@@ -145,7 +171,7 @@ impl Setting {
     pub fn unit(self) -> Unit {
         match self {
             Self::Yaw | Self::Pitch | Self::Roll | Self::BackgroundYaw => Unit::Degrees,
-            Self::Intensity | Self::Exposure => Unit::Stops,
+            Self::Intensity | Self::Exposure | Self::Group(_) => Unit::Stops,
             Self::Temperature => Unit::Kelvin,
             Self::Tint => Unit::Tint,
             Self::Effect(_) => Unit::Strength,
@@ -161,7 +187,7 @@ impl Setting {
     pub fn range(self) -> RangeInclusive<f32> {
         match self {
             Self::Yaw | Self::Pitch | Self::Roll | Self::BackgroundYaw => ANGLES,
-            Self::Intensity => Lighting::STOPS,
+            Self::Intensity | Self::Group(_) => Lighting::STOPS,
             Self::Exposure => EXPOSURE_STOPS,
             Self::Temperature => white::RANGE_K,
             Self::Tint => -150.0..=150.0,
@@ -181,7 +207,7 @@ impl Setting {
         value.clamp(f64::from(*range.start()), f64::from(*range.end()))
     }
 
-    /// Its place; None if there is no such light.
+    /// Its place; None if there is no such light or group.
     pub fn place<'a>(self, of: &'a mut Animated<'_>) -> Option<&'a mut f32> {
         Some(match self {
             Self::Yaw => &mut *of.yaw_deg,
@@ -193,6 +219,10 @@ impl Setting {
             Self::Tint => &mut of.lighting.tint,
             Self::Exposure => &mut *of.exposure_stops,
             Self::Effect(pass) => (strength(pass)?.of)(of.effects),
+            Self::Group(id) => {
+                let group = group(id, of.lighting)?;
+                &mut of.lighting.groups[group].gain_stops
+            }
             Self::Light(id, setting) => {
                 let light = index(id, of.lighting)?;
                 let light = &mut of.lighting.placed[light];
@@ -213,6 +243,7 @@ impl Setting {
     pub fn exists(self, lighting: &Lighting) -> bool {
         match self {
             Self::Light(id, _) => index(id, lighting).is_some(),
+            Self::Group(id) => group(id, lighting).is_some(),
             _ => true,
         }
     }
@@ -227,12 +258,18 @@ fn index(id: u32, lighting: &Lighting) -> Option<usize> {
     lighting.placed.iter().position(|light| light.id == id)
 }
 
+/// The place of a group among the others.
+fn group(id: u32, lighting: &Lighting) -> Option<usize> {
+    lighting.groups.iter().position(|group| group.id == id)
+}
+
 impl Display for Setting {
-    /// Its name in files, such as `pitch`, `effects.glare` and `lights.2.yaw`.
+    /// Its name in files, such as `pitch`, `effects.glare`, `lights.2.yaw` and `groups.1.gain`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match *self {
             Self::Effect(pass) => write!(f, "effects.{}", pass.name()),
             Self::Light(id, setting) => write!(f, "lights.{id}.{}", setting.names().0),
+            Self::Group(id) => write!(f, "groups.{id}.gain"),
             plain => f.write_str(plain.names().0),
         }
     }
@@ -249,12 +286,17 @@ impl FromStr for Setting {
             let (setting, ..) = *all.iter().find(|(_, own, _)| *own == name)?;
             Some(Self::Light(id, setting))
         };
+        let group = |rest: &str| {
+            let id = rest.strip_suffix(".gain")?.parse().ok();
+            id.filter(|id| *id > 0).map(Self::Group)
+        };
         let found = match text.split_once('.') {
             Some(("effects", name)) => STRENGTHS
                 .iter()
                 .find(|strength| strength.pass.name() == name)
                 .map(|strength| Self::Effect(strength.pass)),
             Some(("lights", rest)) => light(rest),
+            Some(("groups", rest)) => group(rest),
             _ => (PLAIN.iter())
                 .find(|(_, name, _)| *name == text)
                 .map(|(setting, ..)| *setting),
@@ -262,8 +304,8 @@ impl FromStr for Setting {
         found.ok_or_else(|| {
             let plain = PLAIN.map(|(_, name, _)| name).join(", ");
             format!(
-                "{text:?} is no setting that can have keys: those are {plain}, effects.NAME such as effects.glare, and \
-                 lights.NUMBER.NAME such as lights.1.yaw"
+                "{text:?} is no setting that can have keys: those are {plain}, effects.NAME such as effects.glare, \
+                 lights.NUMBER.NAME such as lights.1.yaw, and groups.NUMBER.gain"
             )
         })
     }
@@ -286,12 +328,18 @@ impl From<Setting> for String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use light::PlacedLight;
+    use light::{LightGroup, PlacedLight};
 
-    /// Every setting of a picture with two lights.
+    /// Every setting of a picture with two lights and two groups.
     fn all() -> (Vec<Setting>, Lighting) {
         let mut lighting = Lighting {
             placed: vec![PlacedLight::default(); 2],
+            groups: ["Left", "Right"]
+                .map(|name| LightGroup {
+                    name: name.to_owned(),
+                    ..LightGroup::default()
+                })
+                .into(),
             ..Lighting::default()
         };
         lighting.number_lights();
@@ -301,7 +349,9 @@ mod tests {
             let all = LightSetting::ALL;
             all.map(|(setting, ..)| Setting::Light(id, setting))
         });
-        (plain.chain(effects).chain(lights).collect(), lighting)
+        let groups = [1, 2].map(Setting::Group);
+        let all = plain.chain(effects).chain(lights).chain(groups);
+        (all.collect(), lighting)
     }
 
     #[test]
@@ -316,10 +366,11 @@ mod tests {
             [
                 Setting::Pitch,
                 Setting::Effect(Pass::Glare),
-                all[all.len() - 7]
+                Setting::Light(2, LightSetting::Yaw),
+                Setting::Group(2),
             ]
             .map(String::from),
-            ["pitch", "effects.glare", "lights.2.yaw"]
+            ["pitch", "effects.glare", "lights.2.yaw", "groups.2.gain"]
         );
         names.sort();
         names.dedup();
@@ -328,6 +379,26 @@ mod tests {
         titles.sort();
         titles.dedup();
         assert_eq!(titles.len(), all.len(), "{titles:?}");
+    }
+
+    #[test]
+    fn a_light_s_gain_is_shown_in_stops_as_in_its_row() {
+        let (_, mut lighting) = all();
+        let gain = Setting::Light(2, LightSetting::Intensity);
+        assert_eq!(gain.title(&lighting), "Light 2 gain");
+        assert_eq!(gain.to_string(), "lights.2.intensity");
+        let unit = gain.unit();
+        assert_eq!(unit.suffix(), " stops");
+        let light = &mut lighting.placed[1];
+        for stops in [-3.0, 0.0, 1.5] {
+            light.set_gain_stops(stops);
+            let shown = unit.shown(f64::from(light.intensity));
+            assert!((shown - f64::from(stops)).abs() < 1e-5, "{shown}");
+            let stored = unit.of_shown(shown);
+            assert!((stored - f64::from(light.intensity)).abs() < 1e-5);
+        }
+        assert_eq!(unit.shown(0.0), f64::from(*Lighting::STOPS.start()));
+        assert_eq!(Unit::Stops.shown(2.0), 2.0);
     }
 
     #[test]
@@ -342,11 +413,15 @@ mod tests {
             "lights.1",
             "lights.1.size.x",
             "lights.99999999999.yaw",
+            "groups.0.gain",
+            "groups.1",
+            "groups.1.yaw",
         ] {
             let said = text.parse::<Setting>().unwrap_err();
             assert!(said.contains("effects.glare"), "{said}");
         }
         assert!(!Setting::Light(9, LightSetting::Yaw).exists(&Lighting::default()));
+        assert!(!Setting::Group(1).exists(&Lighting::default()));
     }
 
     #[test]

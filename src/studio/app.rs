@@ -13,6 +13,7 @@ mod errands;
 mod exports;
 mod gpu_lost;
 mod jobs;
+mod lights;
 mod looks;
 mod machine;
 mod painting;
@@ -28,7 +29,7 @@ mod window;
 pub use gpu_lost::ProjectHandover;
 
 use super::calibration_analysis::CalibrationAnalysis;
-use super::command::Command;
+use super::command::{Command, WindowCommand};
 use super::environment_library::{EnvironmentEntry, EnvironmentLibrary};
 use super::footage_reader::FootageReader;
 use super::layout::Pane;
@@ -95,6 +96,17 @@ fn needs_a_look(event: &Event) -> bool {
         event,
         Event::Finished { .. } | Event::Exported(_) | Event::Report(Report::Blocked(_))
     )
+}
+
+/// What keys do while something covers the window: it is closed.
+fn closing_keys(state: &State) -> Vec<WindowCommand> {
+    let lists = [
+        (state.palette, WindowCommand::TogglePalette),
+        (state.keys, WindowCommand::ToggleKeys),
+    ];
+    let open = lists.into_iter().filter(|(open, _)| *open);
+    let toggles = open.map(|(_, toggle)| toggle);
+    toggles.chain([WindowCommand::Dismiss]).collect()
 }
 
 /// The window's title.
@@ -283,7 +295,6 @@ impl StudioApp {
         self.make_mattes();
         self.finish_errands();
         self.open_made();
-        self.exports.destination.receive();
         self.receive_looks();
         let unreadable = self.library.receive();
         let withdrawn = unreadable
@@ -330,13 +341,25 @@ impl StudioApp {
         self.readers.training.show(worker.pictures());
         self.preview.show(worker.relit());
         self.state.lamps = self.preview.lamps();
-        self.exports.queue = worker.exports();
+        self.exports.receive(worker.exports());
     }
 
     /// Draws the window.
     fn draw(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
         let unsaved = self.autosave.unsaved().map(str::to_owned);
+        let saving = self.autosave.saving();
+        if saving.is_some() {
+            ui.ctx().request_repaint_after(std::time::Duration::from_millis(500));
+        }
+        let folded = self.autosave.folded().clone();
+        let root = self.session.project.as_ref().map(|project| &project.root);
+        let export_to = root.map(|root| {
+            let to = self.state.export_options.to(root);
+            self.exports.goes_to(&to, self.state.range())
+        });
+        let export_to = export_to.unwrap_or_default();
         let context = PanelContext {
+            folded: &folded,
             project: self.session.project.as_ref(),
             state: &self.state,
             status: &self.status,
@@ -345,10 +368,12 @@ impl StudioApp {
             relit: self.preview.relit.as_ref(),
             texel: self.readers.inspector.texel(),
             no_aim: self.readers.aim.refusal(),
+            proposed: self.readers.aim.proposed(),
             highlights: (self.preview.relit.as_ref())
                 .and_then(|relit| self.readers.aim.highlights(&relit.predicted)),
             exports: &self.exports.queue,
             existing_files: self.exports.destination.found(),
+            export_to: &export_to,
             probe: self.readers.analysis.probe.as_ref(),
             gamma: self.readers.analysis.gamma.as_ref(),
             review: &self.readers.review,
@@ -364,6 +389,7 @@ impl StudioApp {
             looks: &self.looks,
             color_views: &self.readers.colors,
             unsaved: unsaved.as_deref(),
+            saving: saving.unwrap_or(false),
         };
         let layout = self.autosave.layout();
         let drawn = self.view.ui(ui, &context, layout, commands);
@@ -427,11 +453,9 @@ impl StudioApp {
         self.autosave.save_layout();
     }
 
-    /// Saves the look if it changed. The value at a frame that is merely played is no change where it has keys.
+    /// Saves the look if it changed, also while the clip plays.
     fn save_look(&mut self) {
-        if let (Some(project), None) = (&self.session.project, &self.session.read_only)
-            && !self.state.playing
-        {
+        if let (Some(project), None) = (&self.session.project, &self.session.read_only) {
             self.autosave.save_look(project, &self.state);
         }
     }
@@ -447,7 +471,11 @@ impl eframe::App for StudioApp {
         self.ask_before_closing();
         let mut commands = Vec::new();
         commands.extend(self.chosen());
-        keys::pressed(&self.ctx, self.state.active, &mut commands);
+        let hovered = self.shown.contains(&Pane::Timeline) && self.view.is_over_timeline();
+        let hovered = hovered.then_some(Pane::Timeline);
+        let covered = self.state.is_covered().then(|| closing_keys(&self.state));
+        let panes = (self.state.active, hovered);
+        keys::pressed(&self.ctx, panes, covered.as_deref(), &mut commands);
         self.dropped(&mut commands);
         self.draw(ui, &mut commands);
         if !commands.is_empty() {

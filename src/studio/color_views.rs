@@ -3,6 +3,7 @@
 
 use super::state::State;
 use base::error::Result;
+use base::files::shown;
 use color_config::{ColorChoice, ConfigNames};
 use imaging::DisplayTable;
 use project::Project;
@@ -70,9 +71,8 @@ impl ColorViews {
                 let sentence = lost.map(|lost| {
                     let name = lost.space.or(lost.view).unwrap_or_default();
                     format!(
-                        "{} lacks what exports were to be written by ({name}). Their colours are as without a configuration \
-                         again: choose others under Colours in the export panel",
-                        names.config.display()
+                        "{} has no {name}. Exports have the working colours again: choose others under Export, Colours",
+                        shown(&names.config)
                     )
                 });
                 self.names = Some(Ok(names));

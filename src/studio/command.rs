@@ -3,10 +3,10 @@
 
 use super::comparison::{CellPicture, CompareSettings};
 use super::export_options::ExportOptions;
-use super::footage_reader::FootageView;
+use super::footage_reader::{FootageView, Thumbnail};
 use super::four_looks::FourSlot;
 use super::layout::{Pane, Workspace};
-use super::look::{AppliedLook, Group};
+use super::look::{AppliedLook, CopiedLight, Group};
 use super::region::Region;
 use super::stored_looks::LookId;
 use super::training::TrainChoice;
@@ -44,10 +44,14 @@ pub enum Command {
     Job(JobCommand),
     Machine(MachineCommand),
     Looks(LooksCommand),
+    Timeline(TimelineCommand),
     Environments(EnvironmentsCommand),
+    Lights(LightsCommand),
     Dialog(Dialog),
     /// These paths were chosen in a dialog, or typed or dropped in its place.
     Chosen(Dialog, Vec<PathBuf>),
+    /// This file to write was typed in place of a dialog, which would have asked before it replaces one.
+    NewFile(Dialog, PathBuf),
 }
 
 /// Changes settings that can be undone.
@@ -75,6 +79,8 @@ pub enum LookCommand {
     Exposure(f32),
     /// How the environment's light is turned and graded, and the lights placed by hand.
     Lighting(Box<Lighting>),
+    /// Add a light with its keys.
+    AddLight(Box<CopiedLight>),
     /// Place a light, or move the one that the same drag has placed.
     Aim(AimedLight),
     /// What is done to the picture.
@@ -85,6 +91,8 @@ pub enum LookCommand {
     Circle(Option<Circle>),
     /// Try this camera response; None for the calibration's own.
     Trial(Option<Trial>),
+    /// Play and export from this frame to that; None for all.
+    Range(Option<(usize, usize)>),
     /// Train with these settings from the next start.
     Training(TrainChoice),
     /// Give the settings under one heading their defaults.
@@ -210,6 +218,8 @@ pub enum WindowCommand {
     Activate(Pane),
     /// Give the workspace its original arrangement.
     ResetLayout,
+    /// Hide what stands under a heading, or show it again.
+    Fold(String, bool),
     /// Give the focus to the first control of the active pane.
     FocusPane,
     TogglePanels,
@@ -231,8 +241,12 @@ pub enum WindowCommand {
     Close,
     /// Close the field for a path.
     ClosePath,
-    /// Close the question whether to close.
+    /// Close the question whether work may end: it goes on.
     KeepOpen,
+    /// Type another name than that of the file which would be replaced.
+    KeepName,
+    /// Say whether all is saved.
+    TellSaved,
     /// Close the last message of a job.
     DismissMessage,
     ClearLog,
@@ -278,6 +292,19 @@ pub enum LooksCommand {
     Pick(usize),
 }
 
+/// Goes along the timeline, and changes its keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimelineCommand {
+    /// Show all frames.
+    ShowAll,
+    /// Go so many keys further in the chosen lane, or in any if none is chosen.
+    StepKey(isize),
+    /// Select all keys of the curve or of the lanes.
+    SelectAll,
+    /// Move the selected keys by so many frames.
+    Nudge(isize),
+}
+
 /// Changes how environments are listed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EnvironmentsCommand {
@@ -289,6 +316,26 @@ pub enum EnvironmentsCommand {
     ToggleFavourite(Option<usize>),
     /// List those alone that have each of these words.
     Search(String),
+}
+
+/// Adds, copies and removes lights placed by hand: each is one step of undo. The chosen one is that of
+/// [`super::State::chosen_light`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightsCommand {
+    /// Add a softbox, and choose it.
+    Add,
+    /// Add another light like the chosen one, with its keys, and choose it.
+    Duplicate,
+    /// Put the chosen light with its keys on the clipboard.
+    Copy,
+    /// Add the light that a text from the clipboard holds, and choose it.
+    Paste(String),
+    /// Remove the chosen light, with its keys.
+    Remove,
+    /// Give the group of this index another name.
+    RenameGroup(usize, String),
+    /// Remove the group of this index; its lights stay.
+    RemoveGroup(usize),
 }
 
 /// Calibrates, by hand or by fitting.
@@ -386,8 +433,10 @@ pub enum ExportCommand {
 /// Opens, makes and changes projects.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ProjectCommand {
-    /// Open the project in a folder.
+    /// Open the project in a folder, after a question if work would end.
     Open(PathBuf),
+    /// Open the project that was asked about: the work ends.
+    Leave,
     /// Read the open project again.
     Reopen,
     /// Remove a folder from the recent projects; nothing on the disk changes.
@@ -406,8 +455,8 @@ pub enum ProjectCommand {
     Locate(PathBuf),
     /// Work with this square of the pictures. What was made with another is put aside.
     Reframe(Framing),
-    /// Read the thumbnails of these frames, which this pane has room for.
-    Thumbnails(Pane, Vec<usize>),
+    /// Read these thumbnails, which this pane has room for.
+    Thumbnails(Pane, Vec<Thumbnail>),
 }
 
 /// What concerns any job.

@@ -1,11 +1,11 @@
 //! What the picture is compared with, and how both are shown.
 
+use super::environment_library::{EnvironmentEntry, light_of};
 use super::environment_list::ListedEnvironment;
-use super::look::LookSettings;
-use light::Environment;
-use light::conventions::Front;
+use super::four_looks::{FourPicture, FourSlot};
+use super::state::State;
+use super::stored_looks::{LookId, StoredLooks};
 use std::path::PathBuf;
-use std::sync::Arc;
 use worker::{Comparison, ComparisonSource, Origin};
 
 /// A picture to compare with.
@@ -15,6 +15,8 @@ pub enum Reference {
     Plate,
     /// The same frame under another environment of the list.
     Environment(Origin),
+    /// The same frame in a version of a stored look, by its number; None for the newest.
+    Look(LookId, Option<u32>),
     /// The photographs of a pose in the same light.
     Exemplar(usize),
     /// The true OLATs in a folder, in the same light.
@@ -99,42 +101,94 @@ impl CompareSettings {
     }
 
     /// The environments that are compared.
-    pub fn environments(&self) -> impl Iterator<Item = &Origin> {
-        let both = [self.first.as_ref(), Some(&self.reference)].into_iter();
-        let compared = both.flatten().filter(|_| self.on);
-        compared.filter_map(|one| match one {
-            Reference::Environment(origin) => Some(origin),
-            _ => None,
-        })
+    pub fn environments(&self, state: &State, looks: &StoredLooks) -> Vec<Origin> {
+        let compared = self.references().into_iter().flatten();
+        compared
+            .filter_map(|one| match one {
+                Reference::Environment(origin) => Some(origin.clone()),
+                Reference::Look(id, number) => {
+                    FourSlot::Stored(id.clone(), *number).environment(state, looks)
+                }
+                _ => None,
+            })
+            .collect()
     }
 
-    /// The pictures that these settings ask for besides the relit one, the first and the second; None for an
-    /// environment that is not loaded. `environment` gives those that are.
+    /// The first and the second picture of a comparison that is on; None in place of the relit one.
+    fn references(&self) -> [Option<&Reference>; 2] {
+        match self.on {
+            true => [self.first.as_ref(), Some(&self.reference)],
+            false => [None, None],
+        }
+    }
+
+    /// The pictures that these settings ask for besides the relit one, the first and the second; None for one that cannot be
+    /// made yet.
     pub fn pictures(
         &self,
-        look: &LookSettings,
-        environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
+        state: &State,
+        looks: &StoredLooks,
+        environments: &[EnvironmentEntry],
     ) -> [Option<Comparison>; 2] {
-        if !self.on {
-            return [None, None];
+        self.references()
+            .map(|shown| shown?.picture(state, looks, environments).ok())
+    }
+
+    /// Why one of the pictures is not there.
+    pub fn missing(
+        &self,
+        state: &State,
+        looks: &StoredLooks,
+        environments: &[EnvironmentEntry],
+    ) -> Option<String> {
+        let compared = self.references().into_iter().flatten();
+        compared
+            .filter_map(|one| one.picture(state, looks, environments).err())
+            .next()
+    }
+
+    /// A look has another name.
+    pub fn rename(&mut self, from: &LookId, to: &LookId) {
+        for one in self.first.iter_mut().chain([&mut self.reference]) {
+            if let Reference::Look(id, _) = one
+                && id == from
+            {
+                *id = to.clone();
+            }
         }
-        [self.first.as_ref(), Some(&self.reference)].map(|shown| shown?.picture(look, &environment))
     }
 }
 
 impl Reference {
+    /// The picture, or why there is none yet.
     fn picture(
         &self,
-        look: &LookSettings,
-        environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
-    ) -> Option<Comparison> {
-        Some(match self {
+        state: &State,
+        looks: &StoredLooks,
+        environments: &[EnvironmentEntry],
+    ) -> Result<Comparison, String> {
+        Ok(match self {
             Self::Plate => Comparison::Plate,
             Self::Environment(origin) => {
+                let look = &state.look;
                 let mut list = look.environments.iter();
                 let listed = list.find(|listed| listed.origin == *origin);
-                let front = listed.map_or(Front::default(), ListedEnvironment::front);
-                Comparison::Light(environment(origin)?, front.turned(look.yaw_deg))
+                let listed = listed.ok_or_else(|| {
+                    format!("{origin} is not in the list any more")
+                })?;
+                let light = light_of(environments, origin);
+                let light = light.ok_or_else(|| reading(environments, listed))?;
+                Comparison::Light(light, listed.front().turned(look.yaw_deg))
+            }
+            Self::Look(id, number) => {
+                let slot = FourSlot::Stored(id.clone(), *number);
+                match FourPicture::of(&slot, state, looks, environments) {
+                    FourPicture::View(view) => Comparison::Look(Box::new(view)),
+                    FourPicture::Missing(why) => return Err(why),
+                    FourPicture::Waiting | FourPicture::Empty => {
+                        return Err(format!("Reading the environment of {}", slot.name()));
+                    }
+                }
             }
             Self::Exemplar(pose) => Comparison::Olats(ComparisonSource::Exemplar(*pose)),
             Self::Truth(folder) => Comparison::Olats(ComparisonSource::Truth(folder.clone())),
@@ -145,12 +199,30 @@ impl Reference {
     }
 }
 
+/// Why an environment of the list gives no light.
+fn reading(environments: &[EnvironmentEntry], listed: &ListedEnvironment) -> String {
+    let entry = environments
+        .iter()
+        .find(|e| e.listed.origin == listed.origin);
+    match entry.is_some_and(|entry| entry.panorama.is_failed()) {
+        true => format!("{} cannot be read", listed.name),
+        false => format!("Reading {}", listed.name),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::command::LookCommand;
-    use super::super::state::State;
+    use super::super::environment_library::{PanoramaState, ReadPanorama};
+    use super::super::footage_reader::texture;
+    use super::super::look_name::LookName;
+    use super::super::stored_looks::Shelf;
     use super::*;
     use imaging::Image;
+    use light::Environment;
+    use light::conventions::Front;
+    use std::sync::Arc;
+    use worker::SrgbPicture;
 
     #[test]
     fn w_wipes_and_q_changes_sides() {
@@ -167,6 +239,29 @@ mod tests {
         assert!(!compare.on);
     }
 
+    /// An entry of the list whose light is in memory.
+    fn read(listed: &ListedEnvironment, light: &Arc<Environment>) -> EnvironmentEntry {
+        let dot = || SrgbPicture {
+            width: 1,
+            height: 1,
+            rgb: vec![0; 3],
+        };
+        EnvironmentEntry {
+            listed: listed.clone(),
+            panorama: PanoramaState::Done {
+                panorama: ReadPanorama {
+                    environment: Some(light.clone()),
+                    size: (2, 1),
+                    thumbnail: Arc::new(dot()),
+                    areas: Vec::new(),
+                    notes: Vec::new(),
+                },
+                thumbnail: texture(&egui::Context::default(), "dot", &dot()),
+            },
+            favourite: false,
+        }
+    }
+
     #[test]
     fn the_other_environment_is_turned_by_its_own_front() {
         let mut state = State::new(1, 24.0);
@@ -178,18 +273,49 @@ mod tests {
         state.compare.on = true;
         state.compare.reference = Reference::Environment(Origin::File(files[1].clone()));
         let grey = Image::filled(2, 1, [0.5; 3]);
-        let grey = std::sync::Arc::new(Environment::from_radiance("grey", grey));
-        let compared = state.compare.pictures(&state.look, |_| Some(grey.clone()));
+        let grey = Arc::new(Environment::from_radiance("grey", grey));
+        let list = state.look.environments.clone();
+        let mut entries: Vec<_> = list.iter().map(|listed| read(listed, &grey)).collect();
+        let looks = StoredLooks::new(None, || {});
+        let compared = state.compare.pictures(&state, &looks, &entries);
         assert_eq!(
             compared,
             [None, Some(Comparison::Light(grey.clone(), -10.0))]
         );
+        assert_eq!(state.compare.missing(&state, &looks, &entries), None);
         state.compare.first = Some(Reference::Plate);
-        assert_eq!(
-            state.compare.pictures(&state.look, |_| None),
-            [Some(Comparison::Plate), None],
-            "it was not read"
-        );
+        let said = |state: &State, entries: &[EnvironmentEntry]| {
+            let compared = state.compare.pictures(state, &looks, entries);
+            assert_eq!(compared, [Some(Comparison::Plate), None]);
+            state.compare.missing(state, &looks, entries).unwrap()
+        };
+        for (panorama, why) in [
+            (PanoramaState::Waiting, "Reading b"),
+            (PanoramaState::Failed(String::new()), "b cannot be read"),
+        ] {
+            entries[1].panorama = panorama;
+            assert_eq!(said(&state, &entries), why);
+        }
         assert_eq!(state.scene().yaw_deg, 100.0);
+        state.change(LookCommand::RemoveEnvironment(1));
+        let why = said(&state, &entries);
+        assert!(why.contains("b.hdr is not in the list"), "{why}");
+    }
+
+    #[test]
+    fn a_look_that_is_not_stored_is_said_by_its_name() {
+        let mut state = State::new(1, 24.0);
+        let id = |name: &str| LookId {
+            shelf: Shelf::Project,
+            name: LookName::new(name).unwrap(),
+        };
+        let looks = StoredLooks::new(None, || {});
+        state.compare.on = true;
+        state.compare.first = Some(Reference::Look(id("warm"), Some(3)));
+        state.compare.rename(&id("warm"), &id("noon"));
+        let why = state.compare.missing(&state, &looks, &[]).unwrap();
+        assert_eq!(why, "noon, version 3 was removed");
+        state.compare.on = false;
+        assert_eq!(state.compare.missing(&state, &looks, &[]), None);
     }
 }

@@ -23,8 +23,6 @@ const ENDINGS: [&str; 8] = [
 /// The chosen options.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportOptions {
-    /// First and last frame; None for all.
-    pub frames: Option<(usize, usize)>,
     pub format: Format,
     /// What the pictures show, and at which resolution.
     pub at: PictureSize,
@@ -60,7 +58,7 @@ pub struct ExportOptions {
 }
 
 impl ExportOptions {
-    /// All frames of a project, as they are shown.
+    /// The pictures of a project as they are shown.
     pub fn of(project: &Project) -> Self {
         let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
         let name: String = project.settings.name.chars().map(plain).collect();
@@ -68,13 +66,6 @@ impl ExportOptions {
             name: format!("exports/{name}"),
             ..Self::default()
         }
-    }
-
-    /// First and last of `frames` frames.
-    pub fn range(&self, frames: usize) -> (usize, usize) {
-        let most = frames.saturating_sub(1);
-        let (first, last) = self.frames.unwrap_or((0, most));
-        (first.min(most), last.min(most))
     }
 
     /// The table that is baked into codes; None if there is none, for an EXR, which has no codes, and where a configuration
@@ -192,12 +183,10 @@ impl ExportOptions {
         match (phase, environment) {
             (Phase::NoProject, _) => Some("Open a project first"),
             (Phase::Opening, _) => Some("The network is still being read"),
-            (Phase::Blocked(_), _) => {
-                Some("The interview cannot be relit yet. The Picture panel says what is missing")
-            }
+            (Phase::Blocked(_), _) => Some("Calibrate and train first: see the picture"),
             (_, None) => Some("Choose an environment first"),
             (_, Some(PanoramaState::Failed(_))) => {
-                Some("This environment cannot be read. Choose another one")
+                Some("This environment cannot be read. Choose another")
             }
             // Its light may have been dropped for the memory, and is read again.
             (_, Some(panorama)) if !panorama.has_light() => {
@@ -238,7 +227,7 @@ impl ExportOptions {
                 inspection: Inspection::Picture,
                 ..look.effects
             },
-            frames: Some(self.range(project.settings.shoot.frames.len())),
+            frames: Some(look.range_of(project.settings.shoot.frames.len())),
             exposure_stops: look.exposure_stops,
             background: self.background.unwrap_or(look.background),
             files: Files {
@@ -275,7 +264,6 @@ impl ExportOptions {
 impl Default for ExportOptions {
     fn default() -> Self {
         Self {
-            frames: None,
             format: Format::default(),
             at: PictureSize::default(),
             size: None,
@@ -301,8 +289,8 @@ mod tests {
     use super::*;
     use crate::command::{LookCommand, ViewCommand};
     use crate::state::State;
-    use light::PlacedLight;
     use light::keyframes::{Interpolation, Keyframes};
+    use light::{LightGroup, PlacedLight};
     use scene::{LightSetting, Output, STRENGTHS};
 
     fn named(name: &str, format: Format) -> ExportOptions {
@@ -439,7 +427,15 @@ mod tests {
         let mut s = State::new(12, 24.0);
         s.change(LookCommand::Yaw(170.0));
         let mut lighting = s.look.lighting.clone();
-        lighting.placed = vec![PlacedLight::default(); 2];
+        let group = LightGroup {
+            name: "Left".to_owned(),
+            ..LightGroup::default()
+        };
+        let light = PlacedLight {
+            group: group.name.clone(),
+            ..PlacedLight::default()
+        };
+        (lighting.placed, lighting.groups) = (vec![light; 2], vec![group]);
         s.change(LookCommand::Lighting(Box::new(lighting)));
         let effects = STRENGTHS.iter().map(|s| Setting::Effect(s.pass));
         let lights = LightSetting::ALL.map(|(setting, ..)| Setting::Light(2, setting));
@@ -454,6 +450,7 @@ mod tests {
             Setting::Exposure,
         ];
         let settings = settings.into_iter().chain(effects).chain(lights);
+        let settings = settings.chain([Setting::Group(1)]);
         let lanes = settings.enumerate().map(|(i, of)| {
             let range = of.range();
             let share = |share: f64| {
@@ -510,14 +507,5 @@ mod tests {
                 .unwrap()
                 .contains("Choose")
         );
-    }
-
-    #[test]
-    fn a_range_lies_within_the_interview() {
-        let mut options = ExportOptions::default();
-        assert_eq!(options.range(8), (0, 7));
-        options.frames = Some((5, 99));
-        assert_eq!(options.range(8), (5, 7));
-        assert_eq!(options.range(0), (0, 0));
     }
 }

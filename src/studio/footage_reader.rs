@@ -37,6 +37,29 @@ pub enum MatteView {
     Alone,
 }
 
+/// A picture of the shoot that is shown small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Thumbnail {
+    /// A frame of the interview.
+    Frame(usize),
+    /// A pose under a lamp.
+    Olat { pose: usize, lamp: usize },
+}
+
+impl Thumbnail {
+    /// Its picture; None if the shoot has none.
+    fn picture(self, project: &Project) -> Option<Picture> {
+        let shoot = &project.settings.shoot;
+        match self {
+            Self::Frame(frame) => {
+                (frame < shoot.frames.len()).then(|| project.frame_picture(frame))
+            }
+            Self::Olat { pose, lamp } => (pose < shoot.poses.len() && lamp < shoot.lamps.len())
+                .then(|| project.olat_picture(pose, lamp)),
+        }
+    }
+}
+
 /// A picture to read, and how to show it.
 #[derive(Clone, Debug, PartialEq)]
 struct FootageRequest {
@@ -62,12 +85,12 @@ pub struct FootageReader {
     picture: Option<std::result::Result<FootagePicture, String>>,
     asked: Option<FootageRequest>,
     pictures: Option<Lookup<FootageRequest, SizedPicture>>,
-    thumbnails: BTreeMap<usize, Option<TextureHandle>>,
-    /// Frames whose thumbnails each pane has room for.
-    wanted: HashMap<Pane, Vec<usize>>,
+    thumbnails: BTreeMap<Thumbnail, Option<TextureHandle>>,
+    /// The thumbnails that each pane has room for.
+    wanted: HashMap<Pane, Vec<Thumbnail>>,
     /// The thumbnail that is being read.
-    reading: Option<usize>,
-    small: Option<Lookup<(usize, Picture), SrgbPicture>>,
+    reading: Option<Thumbnail>,
+    small: Option<Lookup<(Thumbnail, Picture), SrgbPicture>>,
 }
 
 impl FootageReader {
@@ -76,13 +99,13 @@ impl FootageReader {
         self.picture.as_ref()
     }
 
-    /// The thumbnail of a frame, once it is read.
-    pub fn thumbnail(&self, frame: usize) -> Option<&TextureHandle> {
-        self.thumbnails.get(&frame)?.as_ref()
+    /// A thumbnail, once it is read.
+    pub fn thumbnail(&self, of: Thumbnail) -> Option<&TextureHandle> {
+        self.thumbnails.get(&of)?.as_ref()
     }
 
-    /// Frames whose thumbnails a pane has asked for.
-    pub fn wanted(&self, pane: Pane) -> &[usize] {
+    /// The thumbnails that a pane has asked for.
+    pub fn wanted(&self, pane: Pane) -> &[Thumbnail] {
         self.wanted
             .get(&pane)
             .map(Vec::as_slice)
@@ -94,13 +117,13 @@ impl FootageReader {
         self.asked = None;
     }
 
-    /// Asks for the thumbnails of these frames, in place of those that the pane asked for before.
-    pub fn want(&mut self, pane: Pane, mut frames: Vec<usize>) {
-        frames.truncate(MOST_THUMBNAILS);
-        self.wanted.insert(pane, frames);
+    /// Asks for these thumbnails, in place of those that the pane asked for before.
+    pub fn want(&mut self, pane: Pane, mut all: Vec<Thumbnail>) {
+        all.truncate(MOST_THUMBNAILS);
+        self.wanted.insert(pane, all);
         let wanted = &self.wanted;
         self.thumbnails
-            .retain(|frame, _| wanted.values().any(|frames| frames.contains(frame)));
+            .retain(|one, _| wanted.values().any(|all| all.contains(one)));
     }
 
     /// Takes in what was read. Called in every frame of the window.
@@ -115,12 +138,12 @@ impl FootageReader {
                 Err(e) => Err(e.to_string()),
             });
         }
-        for ((frame, _), read) in self.small.iter().flat_map(Lookup::answers) {
+        for ((one, _), read) in self.small.iter().flat_map(Lookup::answers) {
             self.reading = None;
-            if self.wanted.values().any(|frames| frames.contains(&frame)) {
+            if self.wanted.values().any(|all| all.contains(&one)) {
                 // An unreadable one stays dark: the large picture says why.
                 let small = read.ok().map(|codes| texture(ctx, "thumbnail", &codes));
-                self.thumbnails.insert(frame, small);
+                self.thumbnails.insert(one, small);
             }
         }
     }
@@ -173,19 +196,17 @@ impl FootageReader {
         shown: &[Pane],
         wake: impl Fn() + Send + 'static,
     ) {
-        let frames = project.settings.shoot.frames.len();
         let wanted = shown.iter().filter_map(|pane| self.wanted.get(pane));
-        let next = (wanted.flatten().copied())
-            .filter(|frame| *frame < frames)
-            .find(|frame| !self.thumbnails.contains_key(frame));
-        if let (Some(frame), None) = (next, self.reading) {
+        let unread = (wanted.flatten().copied()).filter(|one| !self.thumbnails.contains_key(one));
+        let mut next = unread.filter_map(|one| Some((one, one.picture(project)?)));
+        if let (None, Some((one, picture))) = (self.reading, next.next()) {
             let lookup = self.small.get_or_insert_with(|| {
-                Lookup::start(wake, |(_, picture): &(usize, Picture)| {
+                Lookup::start(wake, |(_, picture): &(Thumbnail, Picture)| {
                     thumbnail(picture, THUMBNAIL_PX)
                 })
             });
-            lookup.ask((frame, project.frame_picture(frame)));
-            self.reading = Some(frame);
+            lookup.ask((one, picture));
+            self.reading = Some(one);
         }
     }
 }

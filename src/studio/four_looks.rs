@@ -17,6 +17,43 @@ pub enum FourSlot {
     Stored(LookId, Option<u32>),
 }
 
+impl FourSlot {
+    /// The environment of what stands here.
+    pub fn environment(&self, state: &State, stored: &StoredLooks) -> Option<Origin> {
+        let origin = |look: &LookSettings| {
+            let listed = look.environments.get(look.environment)?;
+            Some(listed.origin.clone())
+        };
+        match self {
+            FourSlot::Empty => None,
+            FourSlot::Present => origin(&state.look),
+            FourSlot::Stored(id, number) => {
+                let version = stored.version(id, *number)?;
+                origin(&version.look.in_window(&state.look, state.frame)?)
+            }
+        }
+    }
+
+    /// A look has another name.
+    pub fn rename(&mut self, from: &LookId, to: &LookId) {
+        if let Self::Stored(id, _) = self
+            && id == from
+        {
+            *id = to.clone();
+        }
+    }
+
+    /// What stands here, in words.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Empty => "nothing".to_owned(),
+            Self::Present => "current look".to_owned(),
+            Self::Stored(id, None) => id.name.to_string(),
+            Self::Stored(id, Some(number)) => format!("{}, version {number}", id.name),
+        }
+    }
+}
+
 /// The four places, from the upper left: A, B, C and D.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FourLooks {
@@ -43,31 +80,15 @@ impl FourLooks {
 
     /// The environments of what is shown.
     pub fn environments(&self, state: &State, stored: &StoredLooks) -> Vec<Origin> {
-        let origin = |look: &LookSettings| {
-            let listed = look.environments.get(look.environment)?;
-            Some(listed.origin.clone())
-        };
         let shown = self.slots.iter().filter(|_| self.on);
-        let origins = shown.filter_map(|slot| match slot {
-            FourSlot::Empty => None,
-            FourSlot::Present => origin(&state.look),
-            FourSlot::Stored(id, number) => {
-                let version = stored.version(id, *number)?;
-                origin(&version.look.in_window(&state.look, state.frame)?)
-            }
-        });
-        origins.collect()
+        shown
+            .filter_map(|slot| slot.environment(state, stored))
+            .collect()
     }
 
     /// A look has another name.
     pub fn rename(&mut self, from: &LookId, to: &LookId) {
-        for slot in &mut self.slots {
-            if let FourSlot::Stored(id, _) = slot
-                && id == from
-            {
-                *id = to.clone();
-            }
-        }
+        self.slots.iter_mut().for_each(|slot| slot.rename(from, to));
     }
 }
 
@@ -96,12 +117,15 @@ impl FourPicture {
             FourSlot::Present => Self::view(&state.look, state, environments),
             FourSlot::Stored(id, number) => {
                 let Some(version) = stored.version(id, *number) else {
-                    return Self::Missing(format!("{} is not stored any more", id.name));
+                    return Self::Missing(match stored.is_busy() {
+                        true => "Reading the looks".to_owned(),
+                        false => format!("{} was removed", slot.name()),
+                    });
                 };
                 match version.look.in_window(&state.look, state.frame) {
                     Some(look) => Self::view(&look, state, environments),
                     None => Self::Missing(format!(
-                        "\u{201c}{}\u{201d} is not in the list of environments. Click the look in Looks to add it.",
+                        "Environment \u{201c}{}\u{201d} is not in the list. Click the look in Looks to add it.",
                         version.look.environment.name
                     )),
                 }
@@ -111,7 +135,7 @@ impl FourPicture {
 
     fn view(look: &LookSettings, state: &State, environments: &[EnvironmentEntry]) -> Self {
         let Some(entry) = environments.get(look.environment) else {
-            return Self::Missing("There is no environment".to_owned());
+            return Self::Missing("No environment".to_owned());
         };
         match light_of(environments, &entry.listed.origin) {
             Some(environment) => Self::View(LookView {

@@ -29,6 +29,16 @@ impl KeySelection {
         }
     }
 
+    /// All keys of all settings.
+    pub fn all(animation: &Animation) -> Self {
+        let lanes = animation.lanes().map(|(setting, _)| setting);
+        Self {
+            keys: lanes
+                .flat_map(|of| Self::lane(of, animation).keys)
+                .collect(),
+        }
+    }
+
     pub fn is_empty(&self) -> bool {
         self.keys.is_empty()
     }
@@ -208,15 +218,45 @@ fn take(keys: &mut Keyframes, frames: &[f64]) -> Vec<Key> {
     frames.iter().filter_map(take).collect()
 }
 
-/// What [`KeySelection::copied`] gave, with its first key at `frame`: the lanes with these keys, and the keys. Keys of one lane
-/// go to `onto`, if that has the same unit, and all others to their own settings.
+/// Where copied keys go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Onto {
+    /// Keys of one lane go to this one, if it has the same unit, and keys of one light to its light; all others go to their own
+    /// settings.
+    Lane(Option<Setting>),
+    /// Keys of one light go to this one.
+    Light(u32),
+}
+
+impl Onto {
+    /// The light that keys of one light go to.
+    fn light(self) -> Option<u32> {
+        match self {
+            Self::Lane(Some(Setting::Light(id, _))) | Self::Light(id) => Some(id),
+            Self::Lane(_) => None,
+        }
+    }
+
+    /// Where keys of a setting go, which are all of a copy or not, and of a copy of one light or not.
+    fn of(self, of: Setting, (is_one, is_light): (bool, bool)) -> Setting {
+        match (self, of) {
+            (Self::Lane(Some(lane)), _) if is_one && lane.unit() == of.unit() => lane,
+            (_, Setting::Light(own, setting)) if is_light => {
+                Setting::Light(self.light().unwrap_or(own), setting)
+            }
+            _ => of,
+        }
+    }
+}
+
+/// What [`KeySelection::copied`] gave, with its first key at `frame`: the lanes with these keys, and the keys.
 ///
 /// # Errors
-/// A sentence when the text holds no keys, or none of settings that are there.
+/// A sentence when the text holds no keys, none of settings that are there, or others than those of one light for a light.
 pub fn pasted(
     text: &str,
     frame: usize,
-    onto: Option<Setting>,
+    onto: Onto,
     (animation, lighting): (&Animation, &Lighting),
 ) -> Result<(Lanes, KeySelection), String> {
     let copy: Option<Animation> = serde_json::from_str(text).ok();
@@ -224,10 +264,18 @@ pub fn pasted(
         .filter(|copy| !copy.is_empty())
         .ok_or("The clipboard holds no keys. Select some and press Ctrl+C")?;
     let is_one = copy.lanes().count() == 1;
+    let light = |(of, _)| match of {
+        Setting::Light(id, _) => Some(id),
+        _ => None,
+    };
+    let first = copy.lanes().next().and_then(light);
+    let is_light = first.is_some() && copy.lanes().all(|lane| light(lane) == first);
+    if !is_light && matches!(onto, Onto::Light(_)) {
+        return Err("Only the keys of one light can go onto another light".to_owned());
+    }
     let (mut lanes, mut selection) = (Lanes::new(), KeySelection::default());
     for (of, copied) in copy.lanes() {
-        let onto = onto.filter(|onto| is_one && onto.unit() == of.unit());
-        let setting = onto.unwrap_or(of);
+        let setting = onto.of(of, (is_one, is_light));
         if !setting.exists(lighting) {
             continue;
         }
@@ -366,7 +414,7 @@ mod tests {
             ..Lighting::default()
         };
         let copied = selection(&[(YAW, 5.0), (YAW, 9.0)]).copied(&source);
-        let paste = |text: &str, onto| pasted(text, 6, onto, (&source, &lighting));
+        let paste = |text: &str, onto| pasted(text, 6, Onto::Lane(onto), (&source, &lighting));
         let (lanes, selected) = paste(&copied, None).unwrap();
         assert_eq!(frames(&lanes, YAW), [2.0, 5.0, 6.0, 9.0, 10.0]);
         assert!(selected.contains(YAW, 6.0) && selected.contains(YAW, 10.0));
@@ -395,23 +443,67 @@ mod tests {
     }
 
     #[test]
+    fn all_keys_of_a_light_go_onto_another_light() {
+        let light = |id| PlacedLight {
+            id,
+            ..PlacedLight::default()
+        };
+        let lighting = Lighting {
+            placed: vec![light(1), light(2), light(3)],
+            ..Lighting::default()
+        };
+        let of = |id| [LightSetting::Yaw, LightSetting::Intensity].map(|s| Setting::Light(id, s));
+        let [yaw, intensity] = of(1);
+        let source = animation(&[(yaw, "2:0,5:30"), (intensity, "2:1"), (GLARE, "0:1")]);
+        let both = selection(&[(yaw, 2.0), (yaw, 5.0), (intensity, 2.0)]).copied(&source);
+        let pasted = |text: &str, onto| pasted(text, 6, onto, (&source, &lighting));
+        let settings = |lanes: &Lanes| lanes.iter().map(|(of, _)| *of).collect::<Vec<_>>();
+        for (onto, id) in [
+            (Onto::Lane(Some(of(2)[1])), 2),
+            (Onto::Light(3), 3),
+            (Onto::Lane(Some(yaw)), 1),
+            (Onto::Lane(Some(GLARE)), 1),
+            (Onto::Lane(None), 1),
+        ] {
+            let (lanes, selected) = pasted(&both, onto).unwrap();
+            assert_eq!(settings(&lanes), of(id), "{onto:?}");
+            assert!(selected.contains(of(id)[0], 9.0) && selected.len() == 3);
+        }
+        // What is of the picture too stays where it belongs, and is none of a light's.
+        let mixed = selection(&[(yaw, 2.0), (GLARE, 0.0)]).copied(&source);
+        let (lanes, _) = pasted(&mixed, Onto::Lane(Some(of(2)[1]))).unwrap();
+        assert_eq!(settings(&lanes), [GLARE, yaw]);
+        assert!(
+            pasted(&mixed, Onto::Light(2))
+                .unwrap_err()
+                .contains("one light")
+        );
+        assert!(
+            pasted(&both, Onto::Light(9))
+                .unwrap_err()
+                .contains("not here")
+        );
+        assert_eq!(KeySelection::all(&source).len(), 4);
+    }
+
+    #[test]
     fn what_is_no_copy_of_keys_is_refused() {
         let nothing = (&Animation::default(), &Lighting::default());
         for text in ["", "a text", "{\"tilt\": {}}", "[1, 2]"] {
             assert!(
-                pasted(text, 0, None, nothing)
+                pasted(text, 0, Onto::Lane(None), nothing)
                     .unwrap_err()
                     .contains("no keys")
             );
         }
         let lost = "{\"lights.3.yaw\": {\"keys\": [{\"frame\": 0, \"value\": 1}]}}";
-        let said = pasted(lost, 0, None, nothing).unwrap_err();
+        let said = pasted(lost, 0, Onto::Lane(None), nothing).unwrap_err();
         assert!(said.contains("not here"), "{said}");
-        assert!(pasted("{}", 0, None, nothing).is_err());
+        assert!(pasted("{}", 0, Onto::Lane(None), nothing).is_err());
         let far = format!(
             "{{\"yaw\": {{\"keys\": [{{\"frame\": {}, \"value\": 1}}]}}}}",
             1e9
         );
-        assert!(pasted(&far, 5, None, nothing).is_err());
+        assert!(pasted(&far, 5, Onto::Lane(None), nothing).is_err());
     }
 }

@@ -7,7 +7,7 @@ pub use overlay::overlay_ui;
 
 use super::command::{Command, WindowCommand};
 use super::layout::Pane;
-use bindings::{BINDINGS, Binding, EXPORT};
+use bindings::{BINDINGS, Binding, EXPORT, OF_PROJECTS, SHOW_ALL};
 use egui::{Key, KeyboardShortcut, Modifiers};
 
 const ARROWS: [Key; 4] = [
@@ -31,8 +31,14 @@ fn are_arrows_left(ctx: &egui::Context) -> bool {
     widget.is_some() && widget == ctx.memory(|memory| memory.focused())
 }
 
-/// The commands of the keys that were pressed since the last frame, with `pane` active.
-pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
+/// The commands of the keys that were pressed since the last frame, with one pane active and another under the pointer. What
+/// covers the window takes all keys but those that lead to the commands `covered`.
+pub fn pressed(
+    ctx: &egui::Context,
+    (pane, hovered): (Pane, Option<Pane>),
+    covered: Option<&[WindowCommand]>,
+    out: &mut Vec<Command>,
+) {
     let arrows_are_left = are_arrows_left(ctx);
     let typing = ctx.text_edit_focused();
     let focused = pane == EXPORT && ctx.memory(|memory| memory.focused().is_some());
@@ -42,11 +48,15 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
             modifiers,
             logical_key,
         } = binding.shortcut;
-        if menu && logical_key == Key::Escape {
+        if let Some(covered) = covered {
+            let goes = |command| binding.command == Command::Window(command);
+            typing || !covered.iter().cloned().any(goes)
+        } else if menu && logical_key == Key::Escape {
             // Escape closes the menu.
             true
         } else if typing {
-            binding.only != Some(EXPORT) || modifiers.is_none()
+            let of_project = OF_PROJECTS.contains(&binding.command);
+            (binding.only != Some(EXPORT) || modifiers.is_none()) && !of_project
         } else {
             let own = CONTROL_KEYS.contains(&logical_key) || ARROWS.contains(&logical_key);
             focused && modifiers.is_none() && own
@@ -55,7 +65,7 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
     ctx.input_mut(|input| {
         for Binding {
             shortcut, command, ..
-        } in known(pane).filter(|binding| !is_left(binding))
+        } in known(pane, hovered).filter(|binding| !is_left(binding))
         {
             let is_arrow = ARROWS.contains(&shortcut.logical_key);
             if arrows_are_left && is_arrow && !shortcut.modifiers.alt {
@@ -82,9 +92,13 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
     }
 }
 
-fn known(pane: Pane) -> impl Iterator<Item = &'static Binding> {
-    let all = BINDINGS.iter();
-    all.filter(move |binding| binding.only.is_none_or(|only| only == pane))
+/// The keys of a pane and of all, and what fits the one under the pointer.
+fn known(pane: Pane, hovered: Option<Pane>) -> impl Iterator<Item = &'static Binding> {
+    let fits = |binding: &Binding| binding.command == SHOW_ALL;
+    BINDINGS.iter().filter(move |binding| {
+        let is_of = |only| only == pane || hovered == Some(only) && fits(binding);
+        binding.only.is_none_or(is_of)
+    })
 }
 
 /// A command that has a key.
@@ -98,7 +112,7 @@ pub struct Listed {
 /// The commands that have keys in a pane, the pane's own first.
 pub fn listed(ctx: &egui::Context, pane: Pane) -> Vec<Listed> {
     let mut all: Vec<Listed> = Vec::new();
-    for binding in known(pane) {
+    for binding in known(pane, None) {
         let key = name(ctx, binding);
         let free = all.iter().all(|before| before.key != key);
         all.push(Listed {

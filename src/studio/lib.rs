@@ -51,14 +51,14 @@ pub use app::{ProjectHandover, StudioApp};
 pub use calibration_analysis::CalibrationAnalysis;
 pub use command::{
     CalibrationCommand, Command, Dialog, EnvironmentsCommand, ExportCommand, JobCommand,
-    LookCommand, LooksCommand, MatteCommand, ProjectCommand, ReviewCommand, TrainingCommand,
-    ViewCommand, WindowCommand,
+    LookCommand, LooksCommand, MatteCommand, ProjectCommand, ReviewCommand, TimelineCommand,
+    TrainingCommand, ViewCommand, WindowCommand,
 };
 pub use comparison::{CellPicture, CompareMode, CompareSettings, GAINS, Reference};
 pub use environment_library::{EnvironmentEntry, PanoramaState};
 pub use environment_list::{ListedEnvironment, Owner};
 pub use export_options::ExportOptions;
-pub use footage_reader::{FootageReader, FootageView, MatteView};
+pub use footage_reader::{FootageReader, FootageView, MatteView, Thumbnail};
 pub use four_looks::{FourLooks, FourPicture, FourSlot};
 pub use layout::{Layout, Pane, Workspace};
 pub use look::{AppliedLook, Group, LookSettings};

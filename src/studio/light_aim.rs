@@ -1,5 +1,5 @@
-//! Light by the face: which direction a light comes from that falls on a point of the picture, and where the lights fall that
-//! are there. Both are found in the background: a field on a GPU takes time.
+//! Light by the face: which direction a light comes from that falls on a point of the picture, which lamp does, and where the
+//! lights fall that are there. All are found in the background: a field on a GPU takes time.
 
 use base::error::Result;
 use glam::Vec3;
@@ -56,6 +56,10 @@ pub struct LightAim {
     asked: Option<AimQuestion>,
     /// Why the newest question has no answer.
     refusal: Option<NoAim>,
+    proposer: Option<Lookup<AimQuestion, std::result::Result<usize, NoAim>>>,
+    /// The point that a lamp is wanted for, and the lamp of the newest that is known.
+    pointed: Option<AimQuestion>,
+    proposed: Option<usize>,
     seeker: Option<Lookup<HighlightQuestion, Arc<Highlights>>>,
     sought: Option<Arc<PredictedFrame>>,
     highlights: Option<(Arc<PredictedFrame>, Arc<Highlights>)>,
@@ -78,6 +82,29 @@ impl LightAim {
         });
         lookup.ask(question.clone());
         self.asked = Some(question);
+    }
+
+    /// Asks which lamp falls on a point.
+    pub fn point(&mut self, question: AimQuestion, wake: impl Fn() + Send + 'static) {
+        if (self.pointed.as_ref()).is_some_and(|pointed| pointed.is(&question)) {
+            return;
+        }
+        let known = self.known.clone();
+        let proposer = self.proposer.get_or_insert_with(|| {
+            Lookup::start(wake, move |AimQuestion { of, rig, pixel, .. }| {
+                let Some(pixel) = pixel.and_then(|pixel| of.working_pixel(pixel)) else {
+                    return Ok(Err(NoAim::Outside));
+                };
+                Ok(responses(&known, of, rig)?.lamp(pixel))
+            })
+        });
+        proposer.ask(question.clone());
+        self.pointed = Some(question);
+    }
+
+    /// The lamp, by its index in the rig, that falls on the point that was last asked for, or on one shortly before.
+    pub fn proposed(&self) -> Option<usize> {
+        self.proposed
     }
 
     /// Asks where lights fall in a frame.
@@ -124,6 +151,12 @@ impl LightAim {
                     found.push((question, direction));
                 }
                 Ok(Err(none)) => self.refusal = Some(none),
+                Err(e) => failure = Some(e.to_string()),
+            }
+        }
+        for (_, answer) in self.proposer.iter().flat_map(Lookup::answers) {
+            match answer {
+                Ok(lamp) => self.proposed = lamp.ok(),
                 Err(e) => failure = Some(e.to_string()),
             }
         }

@@ -1,10 +1,12 @@
 //! The settings that can be undone: the light, the picture, and what is set by hand in calibration and training.
 
+mod copied_light;
 mod environments;
 mod groups;
 mod keyframes;
 mod stored;
 
+pub use copied_light::{CopiedLight, MOST_LETTERS};
 pub use groups::Group;
 pub use stored::AppliedLook;
 
@@ -30,12 +32,22 @@ pub struct LookSettings {
     pub lighting: Lighting,
     pub effects: Effects,
     pub background: Background,
+    /// First and last frame that are played and exported; None for all.
+    pub range: Option<(usize, usize)>,
     /// The mirror ball's outline if it was set by hand.
     pub circle: Option<Circle>,
     /// The response that is tried by hand.
     pub trial: Option<Trial>,
     /// How to train, if it was chosen by hand.
     pub training: Option<TrainChoice>,
+}
+
+/// The same angle, above −180° and up to 180°.
+pub fn within_a_turn(degrees: f32) -> f32 {
+    match degrees > -180.0 && degrees <= 180.0 {
+        true => degrees,
+        false => 180.0 - (180.0 - degrees).rem_euclid(360.0),
+    }
 }
 
 impl LookSettings {
@@ -53,8 +65,22 @@ impl LookSettings {
         }
         self.yaw_deg = match self.is_keyed(Setting::Yaw) {
             true => degrees,
-            false => 180.0 - (180.0 - degrees).rem_euclid(360.0),
+            false => within_a_turn(degrees),
         };
+    }
+
+    /// First and last of `frames` frames that are played and exported.
+    pub fn range_of(&self, frames: usize) -> (usize, usize) {
+        let most = frames.saturating_sub(1);
+        let (first, last) = self.range.unwrap_or((0, most));
+        (first.min(most), last.min(most))
+    }
+
+    /// Sets the first and the last of `frames` frames that are played and exported, as far as they are in order.
+    pub(super) fn set_range(&mut self, range: Option<(usize, usize)>, frames: usize) {
+        let range = range.filter(|(first, last)| first <= last);
+        let all = (0, frames.saturating_sub(1));
+        self.range = range.filter(|range| *range != all);
     }
 
     /// Sets the exposure within its range; NaN changes nothing.
@@ -62,5 +88,38 @@ impl LookSettings {
         if !stops.is_nan() {
             self.exposure_stops = stops.clamp(*EXPOSURE_STOPS.start(), *EXPOSURE_STOPS.end());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_angle_is_brought_within_a_turn_and_one_that_is_there_stays_as_it_is() {
+        for (degrees, within) in [
+            (442.0, 82.0),
+            (-180.0, 180.0),
+            (180.0, 180.0),
+            (190.0, -170.0),
+            (-725.0, -5.0),
+            (0.1, 0.1),
+            (-179.9, -179.9),
+        ] {
+            assert_eq!(within_a_turn(degrees), within);
+        }
+    }
+
+    #[test]
+    fn a_range_lies_within_the_interview() {
+        let mut look = LookSettings::default();
+        assert_eq!(look.range_of(8), (0, 7));
+        look.set_range(Some((5, 99)), 8);
+        assert_eq!(look.range_of(8), (5, 7));
+        assert_eq!(look.range_of(0), (0, 0));
+        look.set_range(Some((0, 7)), 8);
+        assert_eq!(look.range, None, "all frames");
+        look.set_range(Some((5, 4)), 8);
+        assert_eq!(look.range, None, "none at all");
     }
 }

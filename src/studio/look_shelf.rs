@@ -6,7 +6,7 @@
 use super::look_name::LookName;
 use super::stored_look::StoredLook;
 use base::error::{Error, Result};
-use base::files;
+use base::files::{self, shown};
 use imaging::file::{codes_from_memory, dimensions, png_bytes};
 use imaging::{Encoded, Image};
 use std::collections::HashMap;
@@ -91,10 +91,7 @@ impl LookShelf {
         let folder = self.folder();
         if !is_own_folder(&folder) {
             if folder.symlink_metadata().is_ok() {
-                let said = format!(
-                    "{} is no folder: no looks are read from it",
-                    folder.display()
-                );
+                let said = format!("{} is no folder: no looks are read from it", shown(&folder));
                 contents.complaints.push(said);
             }
             return contents;
@@ -103,7 +100,7 @@ impl LookShelf {
             if contents.looks.len() == MOST_LOOKS {
                 let said = format!(
                     "{} holds more than {MOST_LOOKS} looks; the others are not listed",
-                    folder.display()
+                    shown(&folder)
                 );
                 contents.complaints.push(said);
                 break;
@@ -240,7 +237,7 @@ impl LookShelf {
 
 fn gone(folder: &Path) -> Error {
     Error::missing(
-        format!("there is no look in {}", folder.display()),
+        format!("there is no look in {}", shown(folder)),
         "Another program may have moved it: close the project and open it again",
     )
 }

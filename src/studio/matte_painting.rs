@@ -112,10 +112,14 @@ impl MattePainting {
     }
 
     /// The brush's radius for a picture of this size.
-    pub fn radius(&self, (width, height): (usize, usize)) -> f32 {
-        let fitting = width.max(height) as f32 / 60.0;
-        let radius = self.radius.unwrap_or(fitting);
+    pub fn radius(&self, size: (usize, usize)) -> f32 {
+        let radius = self.radius.unwrap_or(Self::fitting_radius(size));
         radius.clamp(*strokes::RADII.start(), *strokes::RADII.end())
+    }
+
+    /// The radius for a picture of this size before a person has chosen one.
+    pub fn fitting_radius((width, height): (usize, usize)) -> f32 {
+        width.max(height) as f32 / 60.0
     }
 
     /// Adds a stroke.

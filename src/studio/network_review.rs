@@ -32,6 +32,60 @@ pub struct NetworkReview {
     asked: bool,
     /// Whether marks were set in this window.
     edited: bool,
+    history: MarkHistory,
+}
+
+/// Steps of undo that are kept.
+const STEPS: usize = 100;
+
+/// The marks before the present ones, and those that were undone; in each, the nearest is last.
+#[derive(Default)]
+struct MarkHistory {
+    undo: Vec<MarkStep>,
+    redo: Vec<MarkStep>,
+    /// Whether the last change was to a note alone: what is typed further into that is no step of its own.
+    typing: bool,
+}
+
+/// The marks without a change, and the case and lamp that it is about.
+struct MarkStep {
+    marks: Marks,
+    cell: [String; 2],
+}
+
+impl MarkHistory {
+    /// A mark is to be set.
+    fn push(&mut self, before: &Marks, marked: &MarkedOlat) {
+        let cell = [&marked.case, &marked.lamp].map(String::clone);
+        let of = before.of(&marked.case, &marked.lamp);
+        let types = of.and_then(|of| of.mark) == marked.mark;
+        let last = self.undo.last();
+        if !(types && self.typing && last.is_some_and(|last| last.cell == cell)) {
+            if self.undo.len() >= STEPS {
+                self.undo.remove(0);
+            }
+            let marks = before.clone();
+            self.undo.push(MarkStep { marks, cell });
+        }
+        self.typing = types;
+        self.redo.clear();
+    }
+
+    /// Goes a step back or forth from the present marks. Returns the case and lamp that it was about, if there was one.
+    fn travel(&mut self, back: bool, marks: &mut Marks) -> Option<[String; 2]> {
+        let (from, to) = match back {
+            true => (&mut self.undo, &mut self.redo),
+            false => (&mut self.redo, &mut self.undo),
+        };
+        let step = from.pop()?;
+        let cell = step.cell.clone();
+        to.push(MarkStep {
+            marks: std::mem::replace(marks, step.marks),
+            cell: step.cell,
+        });
+        self.typing = false;
+        Some(cell)
+    }
 }
 
 impl NetworkReview {
@@ -112,10 +166,27 @@ impl NetworkReview {
         if let Err(sentence) = saved {
             return Err(sentence.clone());
         }
-        self.marks.set(marked);
-        self.edited = true;
-        thread.write(self.marks.clone());
+        let before = self.marks.clone();
+        self.marks.set(marked.clone());
+        if self.marks != before {
+            self.history.push(&before, &marked);
+            self.edited = true;
+            thread.write(self.marks.clone());
+        }
         Ok(())
+    }
+
+    /// Whether verdicts or notes were given in this window.
+    pub fn has_history(&self) -> bool {
+        !self.history.undo.is_empty() || !self.history.redo.is_empty()
+    }
+
+    /// Undoes the last verdict or note, or gives it again. Returns the case and lamp that it is about, if there is one.
+    pub fn travel(&mut self, back: bool) -> Option<[String; 2]> {
+        let thread = self.thread.as_ref()?;
+        let cell = self.history.travel(back, &mut self.marks)?;
+        thread.write(self.marks.clone());
+        Some(cell)
     }
 
     /// What was measured last.
@@ -142,5 +213,46 @@ impl Drop for NetworkReview {
         if let Some(thread) = self.thread.take() {
             drop_later(thread);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use evaluation::review::Mark;
+
+    #[test]
+    fn a_verdict_is_a_step_and_a_note_is_one_however_long_it_is() {
+        let (mut marks, mut history) = (Marks::default(), MarkHistory::default());
+        let set = |marks: &mut Marks, history: &mut MarkHistory, lamp, mark, note: &str| {
+            let marked = MarkedOlat::new("pose00", lamp, mark, note);
+            history.push(marks, &marked);
+            marks.set(marked);
+        };
+        let bad = Some(Mark::Bad);
+        let mut states = vec![marks.clone()];
+        set(&mut marks, &mut history, "one", bad, "");
+        states.push(marks.clone());
+        for note in ["t", "th", "the chin"] {
+            set(&mut marks, &mut history, "one", bad, note);
+        }
+        states.push(marks.clone());
+        set(&mut marks, &mut history, "two", None, "an ear");
+        states.push(marks.clone());
+        set(&mut marks, &mut history, "one", None, "the chin");
+        for wanted in states.iter().rev() {
+            assert!(history.travel(true, &mut marks).is_some());
+            assert_eq!(marks, *wanted);
+        }
+        assert!(history.travel(true, &mut marks).is_none());
+        for wanted in &states[1..] {
+            assert!(history.travel(false, &mut marks).is_some());
+            assert_eq!(marks, *wanted);
+        }
+        // What is typed after an undo is a step of its own, and ends what could be redone.
+        set(&mut marks, &mut history, "two", None, "an ear, left");
+        assert!(history.travel(false, &mut marks).is_none());
+        assert!(history.travel(true, &mut marks).is_some());
+        assert_eq!(marks, states[3]);
     }
 }

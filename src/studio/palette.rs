@@ -1,7 +1,7 @@
 //! The list of all commands: typing filters it, arrow keys choose, Enter runs the chosen one.
 
 use super::command::{
-    Command, Dialog, JobCommand, LookCommand, LooksCommand, ProjectCommand, WindowCommand,
+    Command, Dialog, JobCommand, LightsCommand, LookCommand, LooksCommand, WindowCommand,
 };
 use super::keys;
 use super::layout::Pane;
@@ -13,21 +13,18 @@ use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 
 /// Commands that have no key.
 const OTHERS: [(&str, Command); 16] = [
-    ("New project…", Command::Project(ProjectCommand::New(None))),
-    ("Open project…", Command::Dialog(Dialog::Project)),
     ("Add environments…", Command::Dialog(Dialog::Environments)),
     ("Load look…", Command::Dialog(Dialog::LoadLook)),
+    ("Add light", Command::Lights(LightsCommand::Add)),
+    ("Remove light", Command::Lights(LightsCommand::Remove)),
     (
-        "Compare with true OLATs…",
+        "Compare with truth…",
         Command::Dialog(Dialog::ComparisonTruth),
     ),
-    (
-        "Measure against true OLATs…",
-        Command::Dialog(Dialog::Truth),
-    ),
+    ("Measure against truth…", Command::Dialog(Dialog::Truth)),
     ("Save the report…", Command::Dialog(Dialog::ReportPage)),
     (
-        "What can this machine do?",
+        "Performance of this machine",
         Command::Window(WindowCommand::ToggleMachine),
     ),
     ("Stop the job", Command::Job(JobCommand::Stop)),
@@ -191,9 +188,9 @@ mod tests {
     fn words_narrow_the_list_in_any_order_and_case() {
         let entries = || OTHERS.map(|(label, command)| entry(label.to_owned(), command));
         assert_eq!(matching(entries().into(), "").len(), OTHERS.len());
-        let found = matching(entries().into(), "  PROJECT open");
+        let found = matching(entries().into(), "  LOOK load");
         assert_eq!(found.len(), 1);
-        assert_eq!(found[0].command, Command::Dialog(Dialog::Project));
+        assert_eq!(found[0].command, Command::Dialog(Dialog::LoadLook));
         assert!(matching(entries().into(), "no such").is_empty());
     }
 }

@@ -21,6 +21,7 @@ use benchmark::MachineReport;
 use light::aim::NoAim;
 use light::highlight::Highlights;
 use project::Project;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 use tradeoff::Against;
@@ -31,6 +32,8 @@ use worker::{Export, GammaView, PreviewPicture, ProbeView};
 pub struct PanelContext<'a> {
     pub project: Option<&'a Project>,
     pub state: &'a State,
+    /// The headings that are folded.
+    pub folded: &'a BTreeSet<String>,
     pub status: &'a Status,
     pub environments: &'a [EnvironmentEntry],
     /// The panes that are visible.
@@ -43,10 +46,14 @@ pub struct PanelContext<'a> {
     pub no_aim: Option<NoAim>,
     /// Where lights fall in the newest picture's frame, once that is known.
     pub highlights: Option<&'a Highlights>,
+    /// The lamp that falls where the pointer is, by its index, while lights are placed by the face.
+    pub proposed: Option<usize>,
     /// The queue of exports.
     pub exports: &'a [Export],
     /// Which files of the next export exist already.
     pub existing_files: Option<&'a ExistingFiles>,
+    /// Where the next export goes if it replaces nothing.
+    pub export_to: &'a str,
     /// What the mirror balls show, or why they cannot be read.
     pub probe: Option<&'a Result<Arc<ProbeView>, String>>,
     /// How well the tried response fits, or why that is unknown.
@@ -77,6 +84,8 @@ pub struct PanelContext<'a> {
     pub color_views: &'a ColorViews,
     /// Why something that was changed is not on the disk.
     pub unsaved: Option<&'a str>,
+    /// A change is being written, and that takes long.
+    pub saving: bool,
 }
 
 impl PanelContext<'_> {

@@ -5,7 +5,7 @@ use super::layout::Layout;
 use super::saver::Saver;
 use base::files;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -22,6 +22,8 @@ struct PreferencesFile {
     /// When each of them was opened last, in seconds since 1970.
     opened: BTreeMap<PathBuf, u64>,
     favourites: Favourites,
+    /// Headings that are folded.
+    folded: BTreeSet<String>,
     layout: Layout,
 }
 
@@ -76,6 +78,19 @@ impl Preferences {
 
     pub fn favourites_mut(&mut self) -> &mut Favourites {
         &mut self.saved.favourites
+    }
+
+    /// The headings that are folded.
+    pub fn folded(&self) -> &BTreeSet<String> {
+        &self.saved.folded
+    }
+
+    /// Folds a heading or unfolds it.
+    pub fn fold(&mut self, heading: String, folded: bool) {
+        match folded {
+            true => self.saved.folded.insert(heading),
+            false => self.saved.folded.remove(&heading),
+        };
     }
 
     /// The arrangements of panes.
@@ -144,6 +159,9 @@ mod tests {
         }
         preferences.opened(&folder.path().join("p3"));
         preferences.layout().open(Workspace::Relight, Pane::Gamma);
+        for (heading, folded) in [("Lights", true), ("Grade", true), ("Grade", false)] {
+            preferences.fold(heading.to_owned(), folded);
+        }
         let saver = Saver::start(|| {});
         preferences.save(&saver);
         drop(saver);
@@ -155,6 +173,7 @@ mod tests {
         assert!(times.flatten().all(|time| time > 1_000_000_000));
         assert_eq!(read.saved.opened.len(), RECENT);
         assert!(*read.layout() != Layout::default());
+        assert!(read.folded().iter().eq(["Lights"]));
 
         // A path that is no text would keep all from being saved.
         #[cfg(unix)]

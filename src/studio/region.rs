@@ -74,11 +74,28 @@ impl Region {
 
     /// Its pixels of a picture with so many columns, row by row, as far as there are any.
     pub fn of<T>(self, pixels: &[T], columns: usize) -> impl Iterator<Item = &T> {
+        self.every(1, pixels, columns)
+    }
+
+    /// The same of every so many rows.
+    pub fn every<T>(self, step: usize, pixels: &[T], columns: usize) -> impl Iterator<Item = &T> {
         let (left, right) = (self.left.min(columns), self.right.min(columns));
-        (self.top..self.bottom).flat_map(move |row| {
+        let rows = (self.top..self.bottom).step_by(step.max(1));
+        rows.flat_map(move |row| {
             let row = row * columns;
             pixels.get(row + left..row + right).unwrap_or_default()
         })
+    }
+}
+
+/// Pixels that are counted of a picture that moves, at the most; one that stands is counted whole.
+const MOST: usize = 1 << 18;
+
+/// Every how many rows are counted of so many columns and rows, of a picture that moves or stands.
+pub fn counted_rows([columns, rows]: [usize; 2], moves: bool) -> usize {
+    match moves {
+        true => columns.saturating_mul(rows).div_ceil(MOST).max(1),
+        false => 1,
     }
 }
 
@@ -131,11 +148,21 @@ mod tests {
         };
         let found: Vec<usize> = region.of(&pixels, 4).copied().collect();
         assert_eq!(found, [5, 6, 9, 10]);
+        let found: Vec<usize> = region.every(2, &pixels, 4).copied().collect();
+        assert_eq!(found, [5, 6]);
         assert_eq!(region.of(&pixels[..6], 4).count(), 0, "rows that are torn");
         assert_eq!(region.inside([2, 9]).map(Region::size), Some([1, 2]));
         assert_eq!(region.inside([1, 9]), None);
         assert_eq!(region.scaled([4, 4], [2, 2]).size(), [2, 2]);
         assert_eq!(Region::pixel([3, 2]).scaled([4, 4], [2, 2]).size(), [1, 1]);
+        for (size, moves, rows) in [
+            ([64, 64], true, 1),
+            ([1080, 1920], true, 8),
+            ([1080, 1920], false, 1),
+            ([0, 0], true, 1),
+        ] {
+            assert_eq!(counted_rows(size, moves), rows, "{size:?}");
+        }
         assert_eq!(mean(std::iter::empty()), None);
         let two = [[0.0, 1.0, 2.0], [1.0, 2.0, 4.0]];
         assert_eq!(mean(two.into_iter()), Some([0.5, 1.5, 3.0]));

@@ -29,6 +29,9 @@ pub struct SavedLook {
     lighting: Lighting,
     effects: Effects,
     background: Background,
+    /// First and last frame that are played and exported; none for all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    range: Option<(usize, usize)>,
 }
 
 impl SavedLook {
@@ -50,6 +53,15 @@ impl SavedLook {
             lighting: look.lighting.clone(),
             effects: look.effects,
             background: look.background,
+            range: look.range,
+        }
+    }
+
+    /// The same for other clips too: without the frames that are played and exported.
+    pub(super) fn of_any_clip(self) -> Self {
+        Self {
+            range: None,
+            ..self
         }
     }
 
@@ -74,7 +86,7 @@ impl SavedLook {
             // If it cannot be renamed, the next change overwrites it, and the error says so.
             let moved = std::fs::rename(&path, &aside);
             let remedy = match moved {
-                Ok(()) => format!("It was renamed to {}", aside.display()),
+                Ok(()) => format!("It was renamed to {}", files::shown(&aside)),
                 Err(_) => "Copy it before you change the light, which overwrites it".to_owned(),
             };
             Error::codec("understand the look in", path, e, remedy)
@@ -103,6 +115,7 @@ impl SavedLook {
             ..self.effects.bounded()
         };
         look.background = self.background;
+        look.range = self.range.filter(|(first, last)| first <= last);
         look.number_lights();
         look.follow(0);
     }

@@ -8,6 +8,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 use worker::background::{Background, Handler, Request};
 
 /// What is not in the files.
@@ -18,6 +19,8 @@ struct Unwritten(Arc<Mutex<UnwrittenFiles>>);
 struct UnwrittenFiles {
     /// The newest text of each file that writing has not been tried of yet.
     texts: HashMap<PathBuf, Arc<str>>,
+    /// Since when there are any.
+    since: Option<Instant>,
     /// Files whose last text could not be written, and why.
     failed: HashMap<PathBuf, String>,
 }
@@ -94,6 +97,11 @@ impl Saver {
         self.unwritten.get(path)
     }
 
+    /// How long texts have been waiting to be written; None if none are.
+    pub fn waiting(&self) -> Option<Duration> {
+        self.unwritten.lock().since.map(|since| since.elapsed())
+    }
+
     /// Why the newest text of a file that was tried is not in it; None if all are written.
     pub fn failed(&self) -> Option<String> {
         let files = self.unwritten.lock();
@@ -116,7 +124,9 @@ impl Unwritten {
     }
 
     fn put(&self, path: &Path, text: Arc<str>) {
-        self.lock().texts.insert(path.to_path_buf(), text);
+        let mut files = self.lock();
+        files.texts.insert(path.to_path_buf(), text);
+        files.since.get_or_insert_with(Instant::now);
     }
 
     /// Writing this text has been tried, and failed for this reason if it did.
@@ -125,6 +135,9 @@ impl Unwritten {
         let newest = files.texts.get(path);
         if newest.is_some_and(|newest| Arc::ptr_eq(newest, text)) {
             files.texts.remove(path);
+        }
+        if files.texts.is_empty() {
+            files.since = None;
         }
         match failure {
             Some(failure) => files.failed.insert(path.to_path_buf(), failure),
@@ -199,8 +212,10 @@ mod tests {
         saver.save(path.into(), "second".to_owned());
         assert_eq!(saver.unwritten(path).as_deref(), Some("second"));
         assert_eq!(saver.unwritten(Path::new("other.json")), None);
+        assert!(saver.waiting().is_some());
         drop(go);
         settle(&saver, &[path.into()]);
+        assert_eq!(saver.waiting(), None);
         test_support::shown!(
             Accidents,
             "A project is opened again before its look has been written to a slow disk",

@@ -6,7 +6,7 @@ mod shown;
 
 pub use shown::View;
 
-use super::command::{Dialog, LookCommand};
+use super::command::{Dialog, LookCommand, ViewCommand};
 use super::comparison::{CellPicture, CompareMode, CompareSettings, GAINS};
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
@@ -19,9 +19,11 @@ use added::Added;
 use aiming::Aiming;
 use color_config::ColorChoice;
 use evaluation::review::Metric;
+use light::Lighting;
 use project::Project;
 use scene::{Inspection, Output, Scene, Viewing};
 use std::mem::{Discriminant, discriminant};
+use std::path::PathBuf;
 
 /// What can be chosen in a file dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,12 +38,26 @@ pub enum Wanted {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathEntry {
     pub dialog: Dialog,
+    /// Which opening of a dialog it stands beside.
+    pub number: u64,
     pub title: &'static str,
     pub wanted: Wanted,
-    /// What the field begins with.
+    /// What the field begins with, or was filled with by a drop.
     pub begun: String,
+    /// How often it was filled by a drop.
+    pub fills: usize,
     /// Why the system shows no dialog, if it does not.
     pub missing: Option<String>,
+    /// A file that is there and would be replaced: the question is open.
+    pub existing: Option<PathBuf>,
+}
+
+/// A project that is opened once a person agrees to what ends with the one before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leaving {
+    pub folder: PathBuf,
+    /// What would end, a sentence each.
+    pub ends: Vec<String>,
 }
 
 /// The window's state.
@@ -122,6 +138,8 @@ pub struct State {
     pub path: Option<PathEntry>,
     /// What a close that was asked for would end, a sentence each; empty unless the question is open.
     pub closing: Vec<String>,
+    /// Another project is to be opened, and work would end.
+    pub leaving: Option<Leaving>,
     /// Panoramas that were added since the window was opened.
     added: Vec<Added>,
     history: History,
@@ -175,6 +193,7 @@ impl State {
             machine: false,
             path: None,
             closing: Vec::new(),
+            leaving: None,
             added: Vec::new(),
             history: History::default(),
             dragging: None,
@@ -201,11 +220,7 @@ impl State {
     /// The picture of a look that stands at the same frame, seen as this state shows pictures.
     pub fn scene_of(&self, look: &LookSettings) -> Scene {
         let mut effects = look.effects;
-        effects.inspection = self.inspection;
-        let compares = self.compare.on && !self.four.on;
-        if compares && self.compare.mode == CompareMode::Difference {
-            effects.inspection = Inspection::Difference { gain: self.gain };
-        }
+        effects.inspection = self.shown_inspection();
         Scene {
             frame: self.frame,
             yaw_deg: look.front().turned(look.yaw_deg),
@@ -216,6 +231,26 @@ impl State {
             output: Output::Display,
             viewing: self.viewing.clone().bounded(),
         }
+    }
+
+    /// What is shown in place of the picture: a difference goes before a channel.
+    pub fn shown_inspection(&self) -> Inspection {
+        let compares = self.compare.on && !self.four.on;
+        match compares && self.compare.mode == CompareMode::Difference {
+            true => Inspection::Difference { gain: self.gain },
+            false => self.inspection,
+        }
+    }
+
+    /// Whether a question or a list lies over the window and takes the keys.
+    pub fn is_covered(&self) -> bool {
+        let asks = !self.closing.is_empty() || self.leaving.is_some() || self.path.is_some();
+        asks || self.palette || self.keys || self.machine
+    }
+
+    /// First and last frame that are played and exported.
+    pub fn range(&self) -> (usize, usize) {
+        self.look.range_of(self.frames)
     }
 
     pub fn can_undo(&self) -> bool {
@@ -248,13 +283,15 @@ impl State {
 
     /// Changes the settings. What a drag changes is one step of undo, and what changes nothing is none.
     ///
-    /// Another environment ends [`Self::solo`], and so does a light: it would change nothing that is seen.
+    /// What would change nothing that is seen under lamps alone ends [`Self::solo`]: another environment or stored look, a turn,
+    /// another light.
     pub fn change(&mut self, command: LookCommand) {
-        let lit_by = self.look.environment;
+        let before = (self.look.environment, self.light());
         let chosen = matches!(
             command,
             LookCommand::Environment(_) | LookCommand::Aim(_) | LookCommand::Apply(_)
         );
+        let lit_by = before.0;
         let list = match command {
             LookCommand::AddEnvironments(_) | LookCommand::Apply(_) => {
                 Some(self.look.environments.clone())
@@ -270,9 +307,20 @@ impl State {
                 before: before.clone(),
             }));
         }
-        if chosen || self.look.environment != lit_by {
+        if chosen || (self.look.environment, self.light()) != before {
             self.solo.clear();
         }
+        if chosen || self.look.environment != lit_by {
+            // It would not be seen beside the truth.
+            self.show(ViewCommand::Cell(None));
+        }
+    }
+
+    /// What lights the subject, but for the environment's picture: its turn and all else.
+    fn light(&self) -> (f32, Option<Lighting>) {
+        // It matters under lamps alone.
+        let alone = !self.solo.is_empty();
+        (self.look.yaw_deg, alone.then(|| self.look.lighting.clone()))
     }
 
     fn set(&mut self, command: LookCommand) {
@@ -281,8 +329,17 @@ impl State {
         match command {
             LookCommand::Undo => return self.travel(true),
             LookCommand::Redo => return self.travel(false),
-            LookCommand::Environment(entry) => look.light_by(entry),
-            LookCommand::AddEnvironments(files) => look.add(&files),
+            LookCommand::Environment(entry) => {
+                look.light_by(entry);
+                // It would not be seen.
+                look.lighting = look.lighting.without_solo();
+            }
+            LookCommand::AddEnvironments(files) => {
+                look.add(&files);
+                if look.environment != self.look.environment {
+                    look.lighting = look.lighting.without_solo();
+                }
+            }
             LookCommand::RemoveEnvironment(entry) => look.remove(entry),
             LookCommand::Front(entry, front) => look.set_front(entry, front),
             LookCommand::Apply(applied) => {
@@ -295,12 +352,17 @@ impl State {
             LookCommand::Yaw(degrees) => look.turn_to(degrees),
             LookCommand::Turn(degrees) => look.turn_to(look.yaw_deg + degrees),
             LookCommand::Exposure(stops) => look.expose(stops),
-            LookCommand::Lighting(lighting) => look.lighting = *lighting,
+            LookCommand::Lighting(lighting) => {
+                look.lighting = *lighting;
+                look.unwind();
+            }
+            LookCommand::AddLight(copied) => look.add_light(*copied),
             LookCommand::Aim(aimed) => return self.aim(aimed),
             LookCommand::Effects(effects) => look.effects = effects.bounded(),
             LookCommand::Background(background) => look.background = background,
             LookCommand::Circle(circle) => look.circle = circle,
             LookCommand::Trial(trial) => look.trial = trial,
+            LookCommand::Range(range) => look.set_range(range, self.frames),
             LookCommand::Training(choice) => look.training = Some(choice),
             LookCommand::Reset(group) => look.restore(group),
         }
@@ -329,7 +391,6 @@ impl State {
 
 #[cfg(test)]
 mod tests {
-    use super::super::command::ViewCommand;
     use super::super::environment_list::{ListedEnvironment, Owner};
     use super::*;
     use light::built_in::{self, BuiltIn};
@@ -415,6 +476,45 @@ mod tests {
         assert_eq!(s.look.yaw_deg, 180.0);
         s.change(LookCommand::Exposure(99.0));
         assert_eq!(s.look.exposure_stops, 10.0);
+    }
+
+    #[test]
+    fn what_is_not_seen_under_a_lamp_alone_ends_that_and_what_is_seen_does_not() {
+        let mut s = state();
+        let lit = |s: &State, intensity_stops: f32| {
+            LookCommand::Lighting(Box::new(Lighting {
+                intensity_stops,
+                ..s.look.lighting.clone()
+            }))
+        };
+        let ends = |s: &mut State, command: LookCommand| {
+            s.show(ViewCommand::Solo(Some(4)));
+            s.change(command);
+            s.release();
+            s.solo.is_empty()
+        };
+        let brighter = lit(&s, 1.0);
+        assert!(ends(&mut s, brighter));
+        assert!(ends(&mut s, LookCommand::Turn(10.0)));
+        assert!(ends(&mut s, LookCommand::Environment(0)));
+        assert!(ends(&mut s, LookCommand::Undo), "the turn is undone");
+        assert!(!ends(&mut s, LookCommand::Exposure(0.5)));
+        let same = lit(&s, 1.0);
+        assert!(!ends(&mut s, same), "nothing was changed");
+    }
+
+    #[test]
+    fn another_environment_ends_the_solo_of_lights_as_one_step() {
+        let mut s = state();
+        let mut lighting = Lighting::default();
+        lighting.placed.push(lighting.another_light());
+        lighting.placed[0].solo = true;
+        s.change(LookCommand::Lighting(Box::new(lighting)));
+        s.release();
+        s.change(LookCommand::Environment(3));
+        assert_eq!((s.look.environment, s.look.lighting.is_solo()), (3, false));
+        s.change(LookCommand::Undo);
+        assert_eq!((s.look.environment, s.look.lighting.is_solo()), (0, true));
     }
 
     #[test]

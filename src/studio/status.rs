@@ -145,7 +145,11 @@ impl Status {
     pub fn on_event(&mut self, event: Event) {
         match event {
             Event::Opening => self.phase = Phase::Opening,
-            Event::Ready { device } => self.phase = Phase::Ready { device },
+            Event::Ready { device } => {
+                // Which library computes is for reports.
+                let device = device.replacen(" (flex)", "", 1).replacen(" (wgpu)", "", 1);
+                self.phase = Phase::Ready { device };
+            }
             Event::Blocked(why) => {
                 self.note(Severity::Error, &why.sentence);
                 self.phase = Phase::Blocked(why);
@@ -158,7 +162,9 @@ impl Status {
                 (self.failure, self.refusal, self.message) = (None, None, None);
                 self.job = Some(RunningJob::new(what));
             }
-            Event::Report(Report::Say(sentence)) => self.say(sentence),
+            Event::Report(Report::Say(sentence) | Report::Advise { sentence, .. }) => {
+                self.say(sentence);
+            }
             Event::Finished { sentence } => {
                 self.say(sentence);
                 self.job = None;
@@ -302,6 +308,20 @@ mod tests {
         });
         assert_eq!((&status.phase, &status.job), (&ready(), &None));
         assert_eq!(status.message.as_deref(), Some("trained"));
+    }
+
+    #[test]
+    fn the_device_is_named_without_the_library_that_computes() {
+        let mut status = Status::new(Phase::Opening);
+        for (told, shown) in [
+            ("CPU (flex): no GPU was found", "CPU: no GPU was found"),
+            ("GPU (wgpu): RTX (TM) 4090", "GPU: RTX (TM) 4090"),
+        ] {
+            let device = told.to_owned();
+            status.on_event(Event::Ready { device });
+            let device = shown.to_owned();
+            assert_eq!(status.phase, Phase::Ready { device });
+        }
     }
 
     #[test]

@@ -98,15 +98,15 @@ impl StoredLook {
             afterlight_look: FORM,
             stored: now(),
             environment: shown.map_or_else(LookEnvironment::default, LookEnvironment::of),
-            look: SavedLook::of(look),
+            look: SavedLook::of(look).of_any_clip(),
         }
     }
 
     /// Applies it to a look at its first frame, under the environment at `place`; None leaves the environment as it is.
     pub fn apply(&self, look: &mut LookSettings, place: Option<usize>) {
-        let place = place.unwrap_or(look.environment);
+        let (place, range) = (place.unwrap_or(look.environment), look.range);
         self.look.clone().apply(look);
-        look.environment = place;
+        (look.environment, look.range) = (place, range);
     }
 
     /// This look in a window: with its list, at this frame, under its own environment or else under one of its name. None if
@@ -171,9 +171,9 @@ impl StoredLook {
         let look: Self = serde_json::from_str(text).map_err(|e| fail(e.to_string()))?;
         match look.afterlight_look {
             1..=FORM => Ok(look),
-            other => Err(fail(format!(
-                "its form is {other}, and this Afterlight knows forms up to {FORM}"
-            ))),
+            _ => Err(fail(
+                "made by a newer Afterlight: update to open it".to_owned(),
+            )),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! How the window looks: neutral greys, so that nothing competes with the picture.
 
 use super::icons;
-use egui::{Color32, CornerRadius, FontDefinitions, FontId, Stroke, TextStyle};
+use egui::{Button, Color32, CornerRadius, FontDefinitions, FontId, RichText, Stroke, TextStyle};
 
 /// Around the picture: middle grey, 18 % of white, which does not bias the eye.
 pub const SURROUND: Color32 = Color32::from_gray(118);
@@ -14,30 +14,37 @@ pub const TEXT: Color32 = Color32::from_gray(222);
 /// Secondary text.
 pub const QUIET: Color32 = Color32::from_gray(170);
 /// Behind text that lies over a picture.
-pub const OVER_PICTURE: Color32 = Color32::from_black_alpha(190);
+pub const OVER_PICTURE: Color32 = Color32::from_black_alpha(205);
 /// What is chosen, dragged or on now, and nothing else.
-pub const ACCENT: Color32 = Color32::from_rgb(232, 164, 80);
+pub const ACCENT: Color32 = Color32::from_rgb(232, 170, 76);
 /// What is wrong and a person has to know or put right, and the verdict "bad"; words always stand beside it.
-pub const WARNING: Color32 = Color32::from_rgb(244, 90, 104);
+pub const WARNING: Color32 = Color32::from_rgb(252, 131, 121);
 /// The verdict "doubtful", and what is not quite right.
 pub const DOUBTFUL: Color32 = Color32::from_rgb(255, 250, 150);
 /// Nothing to do, and the verdict "good".
-pub const GOOD: Color32 = Color32::from_rgb(64, 215, 166);
-/// A main button, and what is done of a job.
-pub const PRIMARY: Color32 = Color32::from_rgb(44, 98, 150);
+pub const GOOD: Color32 = Color32::from_rgb(64, 226, 176);
+/// A main button, and what is done of a job; what is written on it is white.
+pub const PRIMARY: Color32 = Color32::from_rgb(50, 116, 180);
 /// Frames that are predicted already.
-pub const CACHED: Color32 = Color32::from_rgb(109, 143, 207);
+pub const CACHED: Color32 = Color32::from_rgb(108, 147, 192);
 /// Keys of what is animated.
 pub const KEY: Color32 = Color32::from_rgb(255, 192, 248);
 /// How the picture is looked at, which is not exported.
-pub const VIEWING: Color32 = Color32::from_rgb(169, 120, 252);
+pub const VIEWING: Color32 = Color32::from_rgb(178, 149, 255);
 /// What is left of a control's colour while it cannot be used: it can still be read.
 const DISABLED: f32 = 0.65;
 /// Greys of a button, and of one under the pointer; of one that is pressed or chosen, and of every other row.
-const BUTTON: u8 = 60;
-const HOVERED: u8 = 68;
+const BUTTON: u8 = 54;
+const HOVERED: u8 = 60;
 const CHOSEN: u8 = 92;
 const FAINT: u8 = 44;
+/// A card in a panel.
+pub const CARD: Color32 = Color32::from_gray(46);
+/// An icon in the place of a picture.
+pub const PLACEHOLDER: Color32 = Color32::from_gray(130);
+/// A row of a list under the pointer, and the chosen one.
+pub const ROW_HOVERED: Color32 = Color32::from_gray(52);
+pub const ROW_CHOSEN: Color32 = Color32::from_gray(60);
 /// Distance between things in points.
 pub const GAP: f32 = 8.0;
 
@@ -68,7 +75,7 @@ pub fn apply(ctx: &egui::Context) {
         visuals.extreme_bg_color = WELL;
         visuals.faint_bg_color = Color32::from_gray(FAINT);
         visuals.weak_text_color = Some(QUIET);
-        visuals.hyperlink_color = ACCENT;
+        visuals.hyperlink_color = TEXT;
         visuals.disabled_alpha = DISABLED;
         visuals.warn_fg_color = WARNING;
         visuals.selection.bg_fill = Color32::from_gray(CHOSEN);
@@ -91,6 +98,15 @@ pub fn apply(ctx: &egui::Context) {
         widgets.hovered.bg_stroke = Stroke::new(1.0, Color32::from_gray(110));
         widgets.active.bg_stroke = Stroke::new(1.0, ACCENT);
     });
+}
+
+/// The main button of a pane; it looks like any other while it cannot be pressed.
+pub fn main_button(enabled: bool, words: impl Into<String>) -> Button<'static> {
+    let words = RichText::new(words);
+    match enabled {
+        true => Button::new(words.color(Color32::WHITE)).fill(PRIMARY),
+        false => Button::new(words),
+    }
 }
 
 #[cfg(test)]
@@ -147,21 +163,43 @@ mod tests {
                 grey(BUTTON),
                 grey(HOVERED),
                 grey(CHOSEN),
-                PRIMARY,
+                CARD,
+                ROW_HOVERED,
+                ROW_CHOSEN,
             ],
         );
         on(&[TEXT], &over);
-        on(&[QUIET], &[PANEL, WELL, grey(FAINT), grey(BUTTON)]);
-        on(&[Color32::WHITE], &[grey(CHOSEN), grey(HOVERED), PANEL]);
+        let raised = [grey(FAINT), CARD, ROW_HOVERED, ROW_CHOSEN];
+        let buttons = [grey(BUTTON), grey(HOVERED)];
+        on(&[QUIET], &[&[PANEL, WELL], &raised[..], &buttons].concat());
+        let white = [
+            grey(CHOSEN),
+            grey(HOVERED),
+            ROW_CHOSEN,
+            PANEL,
+            WELL,
+            PRIMARY,
+        ];
+        on(&[Color32::WHITE], &white);
         on(&MEANINGS.map(|(_, color)| color), &[PANEL, WELL]);
-        // What is on under the pointer.
-        on(&[ACCENT], &[grey(BUTTON), grey(HOVERED)]);
+        // Verdicts stand in lists and on buttons, and what is on stands under the pointer.
+        let written = [ACCENT, WARNING, DOUBTFUL, GOOD, VIEWING];
+        on(&written, &[&raised[..], &buttons].concat());
+        on(&[ACCENT, WARNING, VIEWING], &over);
         for (text, ground) in pairs {
             let found = contrast(text, ground);
             assert!(found >= 4.5, "{text:?} on {ground:?}: {found:.2}");
         }
-        // WCAG 2.2 asks 3:1 of icons.
-        assert!(contrast(ACCENT, grey(CHOSEN)) >= 3.0);
+        // WCAG 2.2 asks 3:1 of icons and bars.
+        for (drawn, ground) in [
+            (ACCENT, grey(CHOSEN)),
+            (PRIMARY, PANEL),
+            (PRIMARY, WELL),
+            (PLACEHOLDER, CARD),
+        ] {
+            let found = contrast(drawn, ground);
+            assert!(found >= 3.0, "{drawn:?} on {ground:?}: {found:.2}");
+        }
         let faded = |color: Color32| {
             let mix = |c: usize| {
                 let [color, panel] = [color, PANEL].map(|color| f32::from(color.to_array()[c]));

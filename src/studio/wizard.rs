@@ -1,6 +1,7 @@
 //! Planning a project: what a person chose, and what the shoot's folder holds.
 
 use base::error::Error;
+use base::files::plain;
 use footage::ImportSettings;
 use footage::candidate::{Candidate, Slot, expand};
 use footage::gathered;
@@ -53,7 +54,7 @@ impl Plan {
     /// A plan for the shoot in a folder.
     pub fn of(shoot: &Path) -> Self {
         Self {
-            shoot: shoot.display().to_string(),
+            shoot: plain(shoot),
             ..Self::default()
         }
     }

@@ -50,6 +50,11 @@ impl Panels {
         self.viewport = ViewportPanel::drawn_with(window);
     }
 
+    /// The panel of the timeline.
+    pub fn timeline(&mut self) -> &mut TimelinePanel {
+        &mut self.timeline
+    }
+
     /// Gives the focus to the first control of a pane that the Tab key steps through.
     pub fn focus(&mut self, pane: Pane) {
         match pane {

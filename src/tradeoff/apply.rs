@@ -34,7 +34,7 @@ impl Applied {
             ),
             None => "; the network that was there is among the saved checkpoints".to_owned(),
         };
-        format!("The project uses the rung {} now{aside}", self.rung)
+        format!("The project uses the setting {} now{aside}", self.rung)
     }
 }
 
@@ -47,7 +47,7 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
     let Some(mut ledger) = Ledger::load(project)? else {
         return Err(Error::missing(
             "nothing has been measured in this project yet",
-            "Measure first: afterlight tradeoff PROJECT",
+            ("Measure first", "afterlight tradeoff PROJECT"),
         ));
     };
     ledger.check_basis(project)?;
@@ -55,7 +55,10 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
     let Some(found) = named.min_by_key(|m| m.seed).cloned() else {
         let names: Vec<&str> = ledger.rungs.iter().map(|m| m.rung.name.as_str()).collect();
         return Err(Error::missing(
-            format!("no rung is called {name}; there are {}", names.join(", ")),
+            format!(
+                "no setting is called {name}; there are {}",
+                names.join(", ")
+            ),
             "Give one of these names",
         ));
     };

@@ -51,7 +51,10 @@ impl Against {
             format!(
                 "pose {pose} cannot be held out: the shoot has {poses} poses, counted from 0, and one must stay"
             ),
-            "Choose another pose with --hold-out, or compare with a truth: --truth DIR",
+            (
+                "Choose another pose, or compare with truth",
+                "--hold-out POSE, or --truth DIR",
+            ),
         ))
     }
 

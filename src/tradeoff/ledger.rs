@@ -124,7 +124,7 @@ impl Ledger {
     /// # Errors
     /// When the file cannot be read, or is of another version.
     pub fn load(project: &Project) -> Result<Option<Self>> {
-        const REMEDY: &str = "Measure again: afterlight tradeoff PROJECT --fresh";
+        const REMEDY: (&str, &str) = ("Measure again", "afterlight tradeoff PROJECT --fresh");
         let path = folder(project).join(NAME);
         let text = match files::read_text(&path, files::MOST_TEXT) {
             Ok(text) => text,
@@ -209,8 +209,8 @@ impl Ledger {
             return Ok(());
         }
         Err(Error::invalid(
-            "the project has changed since its rungs were measured: other pictures, another square or other lamps",
-            "Measure again: afterlight tradeoff PROJECT --fresh",
+            "the project has changed since its settings were measured: other pictures, another square or other lamps",
+            ("Measure again", "afterlight tradeoff PROJECT --fresh"),
         ))
     }
 

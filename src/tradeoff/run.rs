@@ -117,7 +117,7 @@ impl<'a> Climb<'a> {
         let rungs = rungs(&facts, settings);
         ledger.planned = rungs.len() * settings.seeds as usize;
         progress.say(format!(
-            "{} rungs are compared with {}; {} of them are measured already",
+            "Compares {} settings with {}; {} of them are measured already",
             ledger.planned,
             ledger.compared_with,
             ledger.rungs.len()
@@ -193,7 +193,7 @@ impl<'a> Climb<'a> {
             let is_over = time.is_some_and(|time| self.began.elapsed().as_secs_f64() > time);
             if is_left && is_over && rung.knob.is_some() {
                 progress.say(format!(
-                    "The time is over: {} rungs are left. Run it again to go on",
+                    "Time is up: {} settings are left for the next run",
                     self.ledger.left()
                 ));
                 return Ok(false);
@@ -210,7 +210,7 @@ impl<'a> Climb<'a> {
         }
         let done = self.ledger.rungs.len() + self.ledger.failures.len();
         progress.say(format!(
-            "Rung {} of {}: {}{}",
+            "Setting {} of {}: {}{}",
             (done + 1).min(self.ledger.planned),
             self.ledger.planned,
             rung.name,
@@ -223,7 +223,7 @@ impl<'a> Climb<'a> {
             Ok(measured) => self.ledger.add(measured),
             Err(stopped @ (Error::Cancelled { .. } | Error::GpuLost)) => return Err(stopped),
             Err(e) => {
-                progress.say(format!("The rung {} is left out: {e}", rung.name));
+                progress.say(format!("{} is left out: {e}", rung.name));
                 self.ledger.failures.push(Failure {
                     rung: rung.name.clone(),
                     seed,

@@ -289,7 +289,7 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
     let stop = control.clone();
     let stopping = move |report: Report| {
         if let Report::Say(said) = report
-            && said.starts_with("Rung 3 ")
+            && said.starts_with("Setting 3 ")
         {
             stop.stop();
         }

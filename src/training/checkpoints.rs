@@ -195,7 +195,10 @@ pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
                 "no checkpoint in {} has the step or the name {wanted}",
                 folder(project).display()
             ),
-            "afterlight checkpoints PROJECT lists them",
+            (
+                "Choose one that is there",
+                "afterlight checkpoints PROJECT lists them",
+            ),
         ));
     };
     check_fits(&found.info, project)?;
@@ -233,7 +236,7 @@ pub fn adopt(project: &Project, other: &Project) -> Result<CheckpointInfo> {
 fn check_same(project: &Project, other: &Project) -> Result<()> {
     let read = |project: &Project| {
         let path = project.calibration_path();
-        let remedy = "Calibrate it: afterlight calibrate PROJECT";
+        let remedy = ("Calibrate it", "afterlight calibrate PROJECT");
         std::fs::read(&path).map_err(|e| Error::io("open", &path, e, remedy))
     };
     let shoot = |project: &Project| {

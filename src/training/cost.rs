@@ -121,12 +121,21 @@ impl Preset {
         }
     }
 
+    /// What people call it.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Quick => "Quick",
+            Self::Paper => "Paper",
+            Self::FastGpu => "Fast GPU",
+        }
+    }
+
     /// What it is for.
     pub fn purpose(self) -> &'static str {
         match self {
-            Self::Quick => "The best picture in ten minutes on two cores",
-            Self::Paper => "The paper's network and schedule",
-            Self::FastGpu => "A wider network for as long, for machines with a GPU",
+            Self::Quick => "Best picture in ten minutes on two cores",
+            Self::Paper => "As in the paper; takes hours without a GPU",
+            Self::FastGpu => "Finer pictures in ten minutes, with a GPU",
         }
     }
 }

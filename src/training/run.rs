@@ -202,7 +202,8 @@ impl<'a> Run<'a> {
         let dead = self.trainer.dead_lamps(exemplar).unwrap_or_default();
         if self.dead.update(dead) {
             let lamps = &self.project.settings.shoot.lamps;
-            self.progress.say(self.dead.warning(lamps));
+            self.progress
+                .advise(self.dead.warning(lamps), "--fresh --set learning-rate=3e-4");
         }
         Ok(())
     }
@@ -253,8 +254,9 @@ impl<'a> Run<'a> {
                 info.step - self.first_step
             ));
         } else if info.step == self.first_step {
-            progress.say(
-                "The run was already complete: ask for more with --minutes or --epochs, or start over with --fresh",
+            progress.advise(
+                "The run was already complete: give it more time, or start over",
+                "--minutes or --epochs, or --fresh",
             );
         }
         Ok(TrainReport {
@@ -325,7 +327,7 @@ impl DeadLamps {
     fn warning(&self, lamps: &[String]) -> String {
         format!(
             "Dead output: {} of {} lamps ({}) are stuck at black or white and hardly learn any more. Stop, and \
-             start over with --fresh and a lower rate, such as --set learning-rate=3e-4",
+             start over with a lower learning rate, such as 3e-4",
             self.confirmed.len(),
             lamps.len(),
             self.names(lamps).join(", ")

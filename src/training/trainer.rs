@@ -390,7 +390,10 @@ impl Trainer {
                 "training stopped: weights are NaN or infinite after step {}",
                 self.info.step
             ),
-            "The last checkpoint is kept. Continue from it at a lower rate, such as --set learning-rate=3e-4",
+            (
+                "The last checkpoint is kept. Continue from it at a lower learning rate, such as 3e-4",
+                "--set learning-rate=3e-4",
+            ),
         ))
     }
 
@@ -477,7 +480,7 @@ impl Start {
                     "read the optimiser's state in",
                     folder,
                     e,
-                    "Start over with --fresh",
+                    ("Start over", "--fresh"),
                 )
             })?,
         };
@@ -504,6 +507,9 @@ fn check_resumable(folder: &Path, project: &Project, network: &UNetConfig) -> Re
             folder.display(),
             info.network.differences(network)
         ),
-        "Continue with the settings that it was started with, or start over with --fresh",
+        (
+            "Continue with the settings that it was started with, or start over",
+            "--fresh",
+        ),
     ))
 }

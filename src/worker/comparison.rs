@@ -1,12 +1,13 @@
 //! What a picture is compared with: another picture, made under the same view settings.
 
 use super::PredictedFrame;
+use super::preview::LookView;
 use base::error::Result;
 use compositor::reference::scale;
-use compositor::{EnvironmentLight, Extra, Field, Ingredients, compose, viewed};
+use compositor::{EnvironmentLight, Extra, Field, Ingredients, Picture, compose, viewed};
 use imaging::{Encoded, Image, Mask};
 use light::{Environment, LightWeights, Rig};
-use scene::{Background, Inspection, Scene};
+use scene::{Background, Inspection, Output, Scene};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -17,6 +18,8 @@ pub enum Comparison {
     Plate,
     /// The same frame under another environment, turned by a yaw in degrees.
     Light(Arc<Environment>, f32),
+    /// The same frame in another look.
+    Look(Box<LookView>),
     /// Other OLATs under the same light.
     Olats(ComparisonSource),
 }
@@ -29,6 +32,7 @@ impl PartialEq for Comparison {
             (Self::Light(one, yaw), Self::Light(other, turned)) => {
                 Arc::ptr_eq(one, other) && yaw == turned
             }
+            (Self::Look(one), Self::Look(other)) => one == other,
             (Self::Olats(one), Self::Olats(other)) => one == other,
             _ => false,
         }
@@ -72,10 +76,7 @@ impl RelitFrame<'_> {
         own_light: &mut Option<EnvironmentLight>,
     ) -> Result<Option<Encoded>> {
         let mut scene = self.scene.clone();
-        // Nothing is inspected in it that needs a second picture.
-        if matches!(scene.effects.inspection, Inspection::Difference { .. }) {
-            scene.effects.inspection = Inspection::Picture;
-        }
+        as_a_picture(&mut scene);
         let picture = match (comparison, olats) {
             (Comparison::Plate, _) => {
                 let filmed = self.predicted.plate.as_ref().map(|plate| plate.filmed());
@@ -101,20 +102,41 @@ impl RelitFrame<'_> {
             }
             (Comparison::Light(environment, yaw_deg), _) => {
                 scene.yaw_deg = *yaw_deg;
-                let (light, _) = EnvironmentLight::update(
-                    own_light,
-                    environment,
-                    self.rig,
-                    &scene,
-                    self.reference,
-                )?;
-                let PredictedFrame { field, frame, .. } = self.predicted;
-                let all = light.on(field, &frame.mask);
-                let extra = extra(self.predicted);
-                compose(&scene, &Ingredients { extra, ..all })?
+                self.in_light(&scene, environment, own_light)?
+            }
+            (Comparison::Look(view), _) => {
+                let mut scene = Scene {
+                    frame: scene.frame,
+                    output: Output::Display,
+                    ..view.scene.clone()
+                };
+                as_a_picture(&mut scene);
+                self.in_light(&scene, &view.environment, own_light)?
             }
         };
         Ok(picture.display)
+    }
+
+    /// The same frame in another scene, under all lamps.
+    fn in_light(
+        &self,
+        scene: &Scene,
+        environment: &Arc<Environment>,
+        own_light: &mut Option<EnvironmentLight>,
+    ) -> Result<Picture> {
+        let (light, _) =
+            EnvironmentLight::update(own_light, environment, self.rig, scene, self.reference)?;
+        let PredictedFrame { field, frame, .. } = self.predicted;
+        let all = light.on(field, &frame.mask);
+        let extra = extra(self.predicted);
+        compose(scene, &Ingredients { extra, ..all })
+    }
+}
+
+/// Nothing is inspected in it that needs a second picture.
+fn as_a_picture(scene: &mut Scene) {
+    if matches!(scene.effects.inspection, Inspection::Difference { .. }) {
+        scene.effects.inspection = Inspection::Picture;
     }
 }
 

@@ -200,10 +200,7 @@ fn a_job_that_may_not_write_is_refused_with_the_reason_and_others_run() {
         to: "1".to_owned(),
     });
     let sentence = refused.unwrap_err().to_string();
-    assert_eq!(
-        sentence,
-        "Nothing can be written here. Another studio has it open"
-    );
+    assert_eq!(sentence, "Read-only. Another studio has it open");
     assert_eq!(worker.running_job(), None);
     let reads = Job::Pack {
         project: PathBuf::from("no/such/project"),

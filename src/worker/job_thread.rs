@@ -68,7 +68,7 @@ impl CurrentJob {
         let mut current = self.0.lock();
         current.idle()?;
         if current.closed {
-            return Err(Error::busy("The project is being closed", "Open it again"));
+            return Err(Error::busy("The project is closing", "Open it again"));
         }
         let control = Control::default();
         current.running = Some(Running {

@@ -275,7 +275,7 @@ impl Worker {
     /// [`Error::Busy`] after [`Self::refuse_writes`].
     pub fn writable(&self) -> Result<(), Error> {
         match &self.read_only {
-            Some(why) => Err(Error::busy("Nothing can be written here", why)),
+            Some(why) => Err(Error::busy("Read-only", why)),
             None => Ok(()),
         }
     }

@@ -13,12 +13,13 @@ use evaluation::blind::{AnswersReport, BlindReport};
 use evaluation::review::ReviewReport;
 use export::relight::RelightReport;
 use farm::{AssembleReport, ChunkReport, JobReport};
+use footage::scan::counted;
 use footage::{FrameReport, MattesReport};
 use imaging::DualGamma;
 use light::subset::Subset;
 use project::{KnownEnvironment, Project};
 use reflectance::checkpoint::CheckpointInfo;
-use sentence::{developed, evaluated, imported, listed, reviewed, staged};
+use sentence::{developed, evaluated, for_so_long, imported, listed, reviewed, staged};
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 use tradeoff::{Applied, TradeoffReport};
@@ -122,10 +123,9 @@ impl Outcome {
             ),
             Self::Checked(report) => report.sentence(),
             Self::Trained(report) => format!(
-                "{} steps in {:.0} s on the {}. Error: OLATs {:.4}, relit {:.4}, measured by {}",
-                report.steps,
-                report.seconds,
-                report.device,
+                "Trained for {}, {}. Error: OLATs {:.4}, relit {:.4}, by {}",
+                for_so_long(report.seconds),
+                counted(report.steps as usize, "step"),
                 report.loss_rec,
                 report.loss_render,
                 report.features
@@ -144,14 +144,13 @@ impl Outcome {
             Self::Chunk(report) => report.sentence(),
             Self::Assembled(report) => report.sentence(),
             Self::WentBack(WentBack { info, optimizer }) => format!(
-                "The checkpoint of step {} is restored, after {:.0} s of training. The one before is in the list of \
-                 checkpoints. {}",
+                "Step {} restored, after {} of training. The previous checkpoint stays in the list. {}",
                 info.step,
-                info.seconds,
+                for_so_long(info.seconds),
                 if *optimizer {
-                    "Training resumes there as if it had never stopped."
+                    "Training resumes there."
                 } else {
-                    "It has no optimiser state: training resumes from its weights with a new optimiser."
+                    "Training resumes from its weights, with a new optimiser."
                 }
             ),
             Self::Framed(report) => report.sentence(),

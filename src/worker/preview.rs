@@ -77,6 +77,8 @@ pub struct PreviewPicture {
     pub first: Option<(Comparison, SrgbPicture)>,
     /// What it is compared with, of the same size.
     pub second: Option<(Comparison, SrgbPicture)>,
+    /// The first and the second themselves, where what is shown of them is a channel, false colours or a difference.
+    pub whole: [Option<SrgbPicture>; 2],
     /// The looks that are shown beside each other, of the same size.
     pub looks: [Option<LookPicture>; 4],
     /// Lamps that light the subject alone.

@@ -117,7 +117,21 @@ impl PreviewMaker {
             rig: &self.rig,
             reference,
         };
-        let [mut first, mut second] = compared(&relit, inputs, &mut self.comparison_lights)?;
+        let lights = &mut self.comparison_lights;
+        let [mut first, mut second] = compared(&relit, inputs, lights)?;
+        let mut whole = match scene.effects.inspection {
+            Inspection::Picture => [None, None],
+            Inspection::Difference { .. } => [first.clone(), None],
+            _ => {
+                let mut scene = scene.clone();
+                scene.effects.inspection = Inspection::Picture;
+                let relit = RelitFrame {
+                    scene: &scene,
+                    ..relit
+                };
+                compared(&relit, inputs, lights)?
+            }
+        };
         if solo.is_some() {
             scene.background = Background::None;
         }
@@ -157,12 +171,9 @@ impl PreviewMaker {
             difference(first, second, gain)?;
         }
         if let Some(table) = table {
-            let pictures = [
-                shown.picture.display.as_mut(),
-                first.as_mut(),
-                second.as_mut(),
-            ];
-            (pictures.into_iter().flatten()).for_each(|codes| table.apply_to(codes));
+            let pictures = [&mut shown.picture.display, &mut first, &mut second];
+            let pictures = pictures.into_iter().chain(&mut whole).flatten();
+            pictures.for_each(|codes| table.apply_to(codes));
             shown.texture = None;
         }
         let (width, height) = predicted.size();
@@ -179,6 +190,7 @@ impl PreviewMaker {
             texture: shown.texture.clone(),
             first: request.first.clone().zip(codes(first)),
             second: request.second.clone().zip(codes(second)),
+            whole: whole.map(codes),
             looks,
             solo: request.solo.clone(),
             linear: None,

@@ -202,6 +202,17 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     let off = shown.rgb.iter().zip(&wanted).map(|(a, b)| a.abs_diff(*b));
     // Both codes were rounded before they were taken from each other here.
     assert!(off.max() <= Some(1));
+    // What is read is no difference, and no map's colour.
+    let read = |relit: &PreviewPicture, side: usize| {
+        let whole = relit.whole[side].as_ref();
+        whole.map(|picture| picture.rgb.clone())
+    };
+    assert_eq!(read(&apart, 0), Some(codes(&plate)));
+    let mapped = two(Inspection::FalseColor);
+    assert_ne!(codes(&mapped), codes(&rival));
+    for (side, picture) in [&plate, &rival].into_iter().enumerate() {
+        assert_eq!(read(&mapped, side), Some(codes(picture)));
+    }
 
     let alone = compared(Comparison::Plate, &[1]);
     let [left_end, right_end] = ends(&alone.rgb);

@@ -1,6 +1,6 @@
 //! Lights placed by the face, and lights that light the subject alone.
 
-use super::{Window, clay_window, drag, picture, plain_drag, until, until_shown};
+use super::{Window, clay_window, drag, live::until_idle, picture, plain_drag, until, until_shown};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -94,18 +94,7 @@ fn a_click_beside_the_subject_places_nothing_and_says_so() {
     window.run_steps(2);
     let wall = place(&window, 60.0, 4.0);
     click(&mut window, wall);
-    let started = std::time::Instant::now();
-    while window
-        .query_by_label_contains("this is not the subject")
-        .is_none()
-    {
-        assert!(
-            started.elapsed() < test_support::PATIENCE,
-            "nothing is said"
-        );
-        std::thread::sleep(std::time::Duration::from_millis(5));
-        window.step();
-    }
+    until_said(&mut window, "this is not the subject");
     assert!(lights(&window).is_empty() && !window.state().state().can_undo());
     // With Ctrl a drag turns the environment, and after Esc without it, too.
     let middle = super::MIDDLE;
@@ -130,6 +119,141 @@ fn a_click_beside_the_subject_places_nothing_and_says_so() {
     assert!(lights(&window).is_empty());
 }
 
+/// Until words that contain these are shown.
+fn until_said(window: &mut Window, said: &str) {
+    let started = std::time::Instant::now();
+    while window.query_by_label_contains(said).is_none() {
+        assert!(started.elapsed() < test_support::PATIENCE, "no {said:?}");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        window.step();
+    }
+}
+
+#[test]
+fn the_lamp_that_falls_under_the_pointer_is_proposed_and_shown_alone() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    window.key_press(Key::H);
+    window.run_steps(2);
+    let cheek = place(&window, 12.0, 32.0);
+    window.hover_at(cheek);
+    until_said(&mut window, "Right-click: solo olat_");
+    let rig = window.state().relit().unwrap().rig.clone();
+    let lamp = (rig.lamps.iter())
+        .position(|lamp| {
+            let said = format!("solo {},", lamp.name);
+            window.query_by_label_contains(&said).is_some()
+        })
+        .unwrap();
+    let to = rig.lamps[lamp].direction;
+    assert!(to.x < -0.4 && to.y.abs() < 0.6, "{to}");
+    pointer_button(&mut window, cheek, PointerButton::Secondary);
+    assert_eq!(window.state().state().solo, [lamp]);
+    assert!(lights(&window).is_empty(), "nothing is placed by that");
+    // Esc ends the lamp first, then the mode.
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(window.state().state().solo.is_empty() && window.state().state().aims);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(!window.state().state().aims);
+    // Without a picture there is nothing to click on.
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    window.run_steps(2);
+    window.key_press(Key::H);
+    window.run_steps(2);
+    window.get_by_label_contains("needs the picture");
+    assert!(!window.state().state().aims);
+}
+
+fn pointer_button(window: &mut Window, at: Pos2, button: PointerButton) {
+    for pressed in [true, false] {
+        window.event(Event::PointerButton {
+            pos: at,
+            button,
+            pressed,
+            modifiers: Modifiers::NONE,
+        });
+        window.run_steps(2);
+    }
+}
+
+#[test]
+fn a_press_where_a_light_falls_takes_that_light() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    window.key_press(Key::H);
+    window.run_steps(2);
+    let cheek = place(&window, 12.0, 32.0);
+    click(&mut window, cheek);
+    until_lights(&mut window, 1);
+    until_idle(&mut window, "where it falls");
+    let first = lights(&window)[0].direction();
+    // Beside the handle, but near it.
+    let near = cheek + vec2(16.0, -8.0);
+    window.hover_at(near);
+    until_said(&mut window, "Light 1 falls here");
+    let forehead = place(&window, 26.0, 18.0);
+    plain_drag(&mut window, near, forehead);
+    until(&mut window, "the light at the forehead", |app| {
+        app.state().look.lighting.placed[0].direction().y > 0.4
+    });
+    until_shown(&mut window);
+    assert_eq!(lights(&window).len(), 1);
+    undo(&mut window);
+    assert_eq!(lights(&window)[0].direction(), first);
+}
+
+#[test]
+fn lights_alone_are_a_mode_that_escape_and_another_environment_end() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let before = picture(&window);
+    window.get_by_label("Add light").click();
+    until_lights(&mut window, 1);
+    let all = picture(&window);
+    let solo = |window: &mut Window| {
+        window.get_by_label("Solo Light 1").click();
+        until_shown(window);
+        window.get_by_label("Solo: Light 1 ×");
+        assert_ne!(picture(window), all);
+    };
+    solo(&mut window);
+    window.key_press(Key::Escape);
+    until_shown(&mut window);
+    assert!(window.query_by_label("Solo: Light 1 ×").is_none());
+    assert_eq!(picture(&window), all);
+    solo(&mut window);
+    window.get_by_label("Solo: Light 1 ×").click();
+    until_shown(&mut window);
+    assert_eq!(picture(&window), all);
+    // A row of another environment.
+    solo(&mut window);
+    window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
+    until_shown(&mut window);
+    assert!(!window.state().state().look.lighting.is_solo());
+    window.get_by_label_contains("Solo ended");
+    undo(&mut window);
+    assert!(
+        window.state().state().look.lighting.is_solo(),
+        "one step leads back to both"
+    );
+    // What a drag of the picture turns is not seen under a lamp alone.
+    (0..8).for_each(|_| undo(&mut window));
+    assert_eq!(picture(&window), before);
+    window.key_press(Key::PageDown);
+    until_shown(&mut window);
+    assert_eq!(window.state().state().solo, [0]);
+    let middle = super::MIDDLE;
+    plain_drag(&mut window, middle, middle + vec2(60.0, 0.0));
+    until_shown(&mut window);
+    assert!(window.state().state().solo.is_empty());
+    window.get_by_label_contains("Solo ended");
+}
+
 #[test]
 fn a_solo_light_lights_the_subject_alone_and_lights_have_names() {
     let folder = crate::temporary();
@@ -139,7 +263,7 @@ fn a_solo_light_lights_the_subject_alone_and_lights_have_names() {
     let all = picture(&window);
     window.get_by_label("Solo Light 1").click();
     until_shown(&mut window);
-    window.get_by_label("Solo: only Light 1 lights the subject");
+    window.get_by_label("Solo: Light 1");
     let alone = picture(&window);
     assert_ne!(alone, all);
     assert_eq!(alone[..3], [0; 3], "there is no environment behind it");
@@ -159,7 +283,7 @@ fn a_solo_light_lights_the_subject_alone_and_lights_have_names() {
     window.key_press(Key::Enter);
     window.run_steps(3);
     assert_eq!(lights(&window)[0].name, "Key");
-    window.get_by_label("Solo: only Key lights the subject");
+    window.get_by_label("Solo: Key");
     window.get_by_label("Key on the panorama");
     undo(&mut window);
     assert!(lights(&window)[0].name.is_empty() && lights(&window)[0].solo);

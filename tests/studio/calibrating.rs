@@ -292,8 +292,9 @@ fn what_keeps_a_workspace_empty_is_said_there() {
         matches!(app.analysis().gamma.as_ref(), Some(Err(_)))
     });
     window.run_steps(2);
-    window.get_by_label_contains("afterlight calibrate");
-    let places = lines_with(&window, "afterlight calibrate", 370.0, 910.0);
+    window.get_by_label_contains("Not calibrated yet");
+    assert!(window.query_by_label_contains("afterlight ").is_none());
+    let places = lines_with(&window, "Not calibrated yet", 370.0, 910.0);
     snapshot_without(&mut window, "studio_gamma_error", &places);
     window.get_by_label("Probe").click();
     window.run_steps(2);

@@ -60,7 +60,7 @@ fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
         let names = report.map(|r| r.checks.iter().filter_map(|c| c.environment.as_ref()));
         names.is_some_and(|mut names| names.any(|name| name == "Overcast sky"))
     });
-    window.get_by_label("Checks: red").click();
+    window.get_by_label("Checks: bad").click();
     window.run_steps(3);
     assert_eq!(window.state().state().active, Pane::Checks);
     window.get_by_label_contains("do not show 1 of 12 lamps");

@@ -6,7 +6,7 @@ use afterlight::studio::{CompareMode, Pane, Reference, StudioApp, Workspace};
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
 
-fn until_compared(window: &mut super::Window) {
+pub fn until_compared(window: &mut super::Window) {
     until_shown(window);
     until(window, "second picture", |app| {
         app.relit().is_some_and(|relit| relit.second.is_some())
@@ -14,7 +14,7 @@ fn until_compared(window: &mut super::Window) {
 }
 
 /// Clicks what is called so to the right of `x`.
-fn click(window: &super::Window, name: &str, x: f32) {
+pub fn click(window: &super::Window, name: &str, x: f32) {
     let mut found = window.query_all_by_label(name);
     let one = found.find(|one| one.rect().left() > x);
     one.unwrap_or_else(|| panic!("nothing is called {name}"))
@@ -155,7 +155,7 @@ fn a_click_in_a_menu_leaves_the_keys_to_the_pane_that_has_them() {
     window.get_by_label("Panels").click();
     window.run_steps(3);
     let entry = window.get_by_label("Reset layout").rect().center();
-    let light = window.get_by_label("Environment").rect();
+    let light = window.get_by_label("Environment map").rect();
     assert!(entry.x > light.left(), "the menu lies over the light");
     window.get_by_label("Reset layout").click();
     window.run_steps(3);
@@ -175,13 +175,13 @@ fn a_channel_is_chosen_above_the_picture() {
     let mut window = clay_window(folder.path());
     window.get_by_label("Channels").click();
     window.run_steps(3);
-    click(&window, "green", 208.0);
+    click(&window, "Green", 208.0);
     until_shown(&mut window);
     let green = picture(&window);
     assert!(green.chunks_exact(3).all(|p| p[0] == p[1] && p[1] == p[2]));
     window.get_by_label("Channels").click();
     window.run_steps(3);
-    click(&window, "picture", 208.0);
+    click(&window, "Luminance", 208.0);
     until_shown(&mut window);
     assert!(picture(&window) != green);
 }
@@ -198,7 +198,7 @@ fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
         app.relit().is_some_and(|relit| relit.solo == [0])
     });
     assert!(picture(&window) != before);
-    window.get_by_label("olat_00 alone ×").click();
+    window.get_by_label("Solo: olat_00 ×").click();
     window.run_steps(2);
     until(&mut window, "environment", |app| {
         app.relit().is_some_and(|relit| relit.solo.is_empty())
@@ -250,6 +250,21 @@ fn a_command_is_found_by_its_words() {
         window.query_by_label("Add…").is_none(),
         "the pane was closed"
     );
+}
+
+#[test]
+fn the_compass_hides_in_a_small_picture() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    window.get_by_label("Compass");
+    let size = window.ctx.content_rect().size();
+    window.set_size(vec2(size.x, 0.6 * size.y));
+    window.run_steps(4);
+    assert!(window.query_by_label("Compass").is_none());
+    window.set_size(size);
+    window.run_steps(4);
+    window.get_by_label("Compass");
 }
 
 #[test]
@@ -306,7 +321,7 @@ fn a_drag_across_a_wipe_moves_the_line_and_never_the_light() {
 }
 
 /// The line below the picture, after a rest of the pointer at `at`.
-fn read_at(window: &mut super::Window, at: egui::Pos2) -> String {
+pub fn read_at(window: &mut super::Window, at: egui::Pos2) -> String {
     window.event(egui::Event::PointerMoved(at));
     window.run_steps(3);
     let line = window.get_by_label_contains("frame 0   ");
@@ -327,11 +342,14 @@ fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it()
 
     window.get_by_label("Channels").click();
     window.run_steps(3);
-    click(&window, "false colour", 208.0);
+    click(&window, "False colour", 208.0);
     until_shown(&mut window);
     let map = window.state().relit().unwrap().codes([x, y]).unwrap();
     assert_ne!(map, [r, g, b], "the map has colours of its own");
-    assert_eq!(read_at(&mut window, super::MIDDLE), plain);
+    let sign = "   viewing false colour";
+    let read = read_at(&mut window, super::MIDDLE);
+    assert!(read.contains(sign), "{read}");
+    assert_eq!(read.replace(sign, ""), plain);
     snapshot(&mut window, "studio_false_colour");
     window.key_press(Key::C);
     until_shown(&mut window);
@@ -355,7 +373,7 @@ fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it()
         .get_by_role_and_label(egui::accesskit::Role::ComboBox, "How to compare")
         .click();
     window.run_steps(3);
-    window.get_by_label("side by side").click();
+    window.get_by_label("Side by side").click();
     until_compared(&mut window);
     let half = 0.5 * window.get_by_label("Relit picture").rect().width();
     let left = super::MIDDLE - vec2(0.5 * half, 0.0);
@@ -367,7 +385,7 @@ fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it()
 }
 
 /// Chooses how two pictures are compared.
-fn compare_by(window: &mut super::Window, how: &str) {
+pub fn compare_by(window: &mut super::Window, how: &str) {
     window
         .get_by_role_and_label(egui::accesskit::Role::ComboBox, "How to compare")
         .click();
@@ -389,7 +407,7 @@ fn a_difference_is_drawn_by_the_chosen_gain() {
             .is_some()
     };
     assert!(!has_gain(&window), "no difference is shown");
-    compare_by(&mut window, "difference");
+    compare_by(&mut window, "Difference");
     assert!(has_gain(&window));
     let before = picture(&window);
     let mut last = 0;
@@ -514,7 +532,7 @@ fn a_lamp_alone_ends_by_escape_and_by_another_environment() {
         });
     };
     solo(&mut window);
-    window.get_by_label_contains("olat_00 alone ×");
+    window.get_by_label_contains("Solo: olat_00 ×");
     snapshot(&mut window, "studio_solo");
     window.key_press(Key::Escape);
     ended(&mut window);
@@ -522,7 +540,7 @@ fn a_lamp_alone_ends_by_escape_and_by_another_environment() {
     solo(&mut window);
     window.get_by_label("sky").click();
     ended(&mut window);
-    window.get_by_label_contains("All lamps light the subject again");
+    window.get_by_label_contains("Solo ended");
     assert_eq!(window.state().relit().unwrap().environment, "sky");
     // The one that is chosen already, too.
     solo(&mut window);
@@ -550,4 +568,33 @@ fn arrow_keys_choose_in_the_list_of_commands_and_it_does_not_jump() {
     window.key_press(Key::Enter);
     window.run_steps(3);
     assert_eq!(window.state().state().workspace, Workspace::Train);
+}
+
+#[test]
+fn what_is_read_of_two_pictures_runs_into_no_button_where_the_window_is_narrow() {
+    let folder = crate::temporary();
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    let mut window = egui_kittest::Harness::builder()
+        .with_size(vec2(900.0, 640.0))
+        .with_step_dt(0.25)
+        .with_max_steps(60)
+        .build_eframe(|cc| StudioApp::over(&cc.egui_ctx, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
+    });
+    window.key_press(Key::W);
+    until_compared(&mut window);
+    let at = window.get_by_label("Relit picture").rect().center();
+    let said = read_at(&mut window, at);
+    assert!(said.contains("B interview frame"), "{said}");
+    let strip = window.get_by_label_contains("frame 0   ").rect();
+    // The second line begins so far below the first.
+    let first = strip.top() + 20.0;
+    for button in ["1:1", "Fit", "Loop"] {
+        let role = egui::accesskit::Role::Button;
+        let rect = window.get_by_role_and_label(role, button).rect();
+        assert!(strip.contains_rect(rect), "{button} is in the strip");
+        assert!(rect.bottom() <= first, "{button}: {rect:?} in {strip:?}");
+    }
+    snapshot(&mut window, "studio_narrow_readout");
 }

@@ -13,7 +13,7 @@ use egui_kittest::kittest::Queryable;
 
 /// Chooses what a pass is to do by its switch.
 fn force(window: &mut Window, pass: &str, means: &str) {
-    let switch = format!("Force {pass}");
+    let switch = format!("{pass} by hand");
     window.get_by_label(&switch).scroll_to_me();
     window.run_steps(4);
     window.get_by_label(&switch).click();
@@ -28,8 +28,8 @@ fn report(window: &Window, pass: Pass) -> (bool, String) {
     (report.ran, report.reason.clone())
 }
 
-const RUN: &str = "Always run";
-const LEAVE_OUT: &str = "Never run";
+const RUN: &str = "Always on";
+const LEAVE_OUT: &str = "Always off";
 
 #[test]
 fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
@@ -38,26 +38,25 @@ fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
     window.get_by_label("Effects").click();
     until_shown(&mut window);
     let before = picture(&window);
-    for fixed in ["predict", "relight", "view", "difference"] {
-        assert!(window.query_by_label(&format!("Force {fixed}")).is_none());
+    for fixed in ["Prediction", "Relight", "Tone curve", "Difference"] {
+        window.get_by_label(fixed);
+        let switch = format!("{fixed} by hand");
+        assert!(window.query_by_label(&switch).is_none());
     }
 
-    force(&mut window, "glare", RUN);
+    force(&mut window, "Glare", RUN);
     let (ran, reason) = report(&window, Pass::Glare);
-    assert!(
-        ran && reason.starts_with("forced; nothing asks"),
-        "{reason}"
-    );
+    assert!(ran && reason == "on by hand; not needed here", "{reason}");
     assert_eq!(
         picture(&window),
         before,
         "without a strength it changes nothing"
     );
-    window.get_by_label("1 pass is forced");
-    force(&mut window, "background", LEAVE_OUT);
+    window.get_by_label("1 effect set by hand");
+    force(&mut window, "Background", LEAVE_OUT);
     assert_eq!(
         report(&window, Pass::Background),
-        (false, "forced off".to_owned())
+        (false, "off by hand".to_owned())
     );
     assert_ne!(picture(&window), before);
     assert_eq!(
@@ -83,12 +82,12 @@ fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
         let text = std::fs::read_to_string(&kept).unwrap_or_default();
         text.contains("\"glare\": true") && text.contains("\"background\": false")
     });
-    window.get_by_label("2 passes are forced").scroll_to_me();
+    window.get_by_label("2 effects set by hand").scroll_to_me();
     window.run_steps(4);
-    window.get_by_label("All auto").click();
+    window.get_by_label("All automatic").click();
     until_shown(&mut window);
     assert_eq!(picture(&window), before);
-    assert!(window.query_by_label("All auto").is_none());
+    assert!(window.query_by_label("All automatic").is_none());
 }
 
 #[test]
@@ -155,8 +154,8 @@ fn a_group_of_passes_says_that_one_is_forced_and_leaves_all_of_them_to_the_scene
     let mut window = clay_window(folder.path());
     window.get_by_label("Effects").click();
     until_shown(&mut window);
-    force(&mut window, "glare", RUN);
-    force(&mut window, "background", LEAVE_OUT);
+    force(&mut window, "Glare", RUN);
+    force(&mut window, "Background", LEAVE_OUT);
     window.get_by_label("Lens changed");
     window.get_by_label("Subject and background changed");
     assert!(window.query_by_label("Finish changed").is_none());
@@ -165,11 +164,11 @@ fn a_group_of_passes_says_that_one_is_forced_and_leaves_all_of_them_to_the_scene
     window.get_by_label("Reset Lens").click();
     until_shown(&mut window);
     assert!(window.query_by_label("Lens changed").is_none());
-    window.get_by_label("1 pass is forced");
+    window.get_by_label("1 effect set by hand");
     window.get_by_label("Subject and background changed");
     window.get_by_label("Lens group").click();
     window.run_steps(2);
-    assert!(window.query_by_label("Force vignette").is_none());
+    assert!(window.query_by_label("Vignette by hand").is_none());
 }
 
 #[test]
@@ -186,7 +185,7 @@ fn effects_and_log_look_as_they_did() {
     plain_drag(&mut window, border, border - vec2(0.0, 120.0));
     window.get_by_label("Effects").click();
     window.run_steps(2);
-    force(&mut window, "glare", RUN);
+    force(&mut window, "Glare", RUN);
     assert!(!report(&window, Pass::Predict).0);
     let job = told_job(&mut window);
     job.send(|progress| progress.say("Paused after step 1204: its checkpoint is saved"))
@@ -198,10 +197,10 @@ fn effects_and_log_look_as_they_did() {
         predicted && app.status().job.is_none()
     });
     window.get_by_label("Close").click();
-    force(&mut window, "dither", LEAVE_OUT);
-    window.get_by_label("2 passes are forced").scroll_to_me();
+    force(&mut window, "Dither", LEAVE_OUT);
+    window.get_by_label("2 effects set by hand").scroll_to_me();
     drop_onto(&mut window, "notes.txt");
-    let said = window.query_all_by_label_contains("notes.txt is neither");
+    let said = window.query_all_by_label_contains("notes.txt cannot be used");
     assert_eq!(said.count(), 2, "over the picture and in the log");
     window.key_press(Key::Escape);
     until_shown(&mut window);

@@ -5,6 +5,7 @@ use afterlight::imaging::{Image, file::write_exr};
 use afterlight::light::conventions::{Front, Tool};
 use afterlight::project::Project;
 use afterlight::studio::{Pane, Preferences, StudioApp};
+use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
@@ -127,7 +128,7 @@ fn a_click_on_the_panorama_says_where_front_is() {
     let (home, yard) = project_and_yard(folder.path());
     let mut window = open(&home);
     drop_file(&mut window, yard);
-    let panorama = window.get_by_label("Environment").rect();
+    let panorama = window.get_by_label("Environment map").rect();
     let lamp = panorama.min + egui::vec2(12.0 / 64.0, 10.0 / 32.0) * panorama.size();
     window.hover_at(lamp);
     window.drag_at(lamp);
@@ -265,7 +266,7 @@ fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
         let entry = app.state().path.as_ref();
         entry.is_some_and(|entry| entry.missing.is_some())
     });
-    window.get_by_label_contains("no file dialog");
+    window.get_by_label_contains("No file dialog");
     super::snapshot(&mut window, "studio_path");
     let typed = format!("{}/hdri/ya", folder.path().display());
     window.event(egui::Event::Text(typed));
@@ -425,4 +426,35 @@ fn two_hundred_panoramas_are_grouped_by_folder_searched_and_gone_through_by_key(
     assert!(row.bottom() < 690.0, "{row:?}");
     until_shown(&mut window);
     super::snapshot(&mut window, "studio_environments_many");
+}
+
+#[test]
+fn what_is_folded_stays_folded_in_the_next_window() {
+    let folder = crate::temporary();
+    let settings = folder.path().join("settings/window.json");
+    let (home, _) = project_and_yard(folder.path());
+    let mut window = open_as(&settings, &home);
+    for heading in ["Grade group", "Environments: Built in"] {
+        super::scroll_to(&mut window, heading);
+        window.get_by_label(heading).click();
+        window.run_steps(3);
+    }
+    let is_folded = |window: &Window| {
+        let tint = window.query_by_role_and_label(Role::SpinButton, "Tint");
+        [tint.is_none(), window.query_by_label("Nave").is_none()]
+    };
+    assert_eq!(is_folded(&window), [true; 2]);
+    window.get_by_role_and_label(Role::SpinButton, "Pitch");
+    // Closing waits for what has to be written.
+    drop(window);
+    let mut window = open_as(&settings, &home);
+    assert_eq!(is_folded(&window), [true; 2]);
+    window.get_by_role_and_label(Role::SpinButton, "Pitch");
+    for heading in ["Grade group", "Environments: Built in"] {
+        window.get_by_label(heading).click();
+        window.run_steps(3);
+    }
+    assert_eq!(is_folded(&window), [false; 2]);
+    drop(window);
+    assert_eq!(is_folded(&open_as(&settings, &home)), [false; 2]);
 }

@@ -8,7 +8,7 @@ use super::{
 use afterlight::footage::{BrushSide, Strokes};
 use afterlight::gpu::DeviceChoice;
 use afterlight::project::{Framing, Project};
-use afterlight::studio::{Pane, StudioApp};
+use afterlight::studio::{Pane, StudioApp, Thumbnail};
 use afterlight::worker::Need;
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
@@ -33,7 +33,7 @@ fn until_drawn(window: &mut Window) {
         !wanted.is_empty()
             && wanted
                 .iter()
-                .all(|&frame| footage.thumbnail(frame).is_some())
+                .all(|&one| footage.thumbnail(one).is_some())
     });
 }
 
@@ -61,10 +61,10 @@ fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
     assert_eq!(window.state().state().frame, 2);
     window.key_press(Key::I);
     window.run_steps(2);
-    window.get_by_label("frames 2 to 2");
+    window.get_by_label("Frame 2");
     window.get_by_label("All").click();
     window.run_steps(2);
-    window.get_by_label("frames 0 to 2");
+    window.get_by_label("Frames 0 to 2");
     let file = |end: &'static str| {
         move |app: &StudioApp| {
             let shown = app.footage().picture().and_then(|p| p.as_ref().ok());
@@ -169,7 +169,7 @@ fn a_frame_that_is_gone_is_named_in_place_of_its_picture() {
     until(&mut window, "thumbnails", |app| {
         [0, 2]
             .iter()
-            .all(|&frame| app.footage().thumbnail(frame).is_some())
+            .all(|&frame| app.footage().thumbnail(Thumbnail::Frame(frame)).is_some())
     });
     let places = lines_with(&window, "interview/frame_001.png", 250.0, 790.0);
     snapshot_without(&mut window, "studio_footage_error", &places);
@@ -240,7 +240,7 @@ fn strokes_change_the_shown_matte_are_kept_undone_and_used_for_all_mattes() {
     );
     until(&mut window, "saved stroke", |app| app.matte().is_saved());
     assert_eq!(kept()[1].side, BrushSide::Remove);
-    window.get_by_label_contains("Strokes on frames 0");
+    window.get_by_label_contains("Strokes on frame 0.");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     window.run_steps(2);
     until(&mut window, "undone stroke", |app| app.matte().is_saved());

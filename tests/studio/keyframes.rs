@@ -386,7 +386,7 @@ fn a_value_in_a_lane_sets_a_key_and_in_and_out_are_dragged() {
     assert!(out.width() >= 10.0 && out.height() >= 16.0, "{out:?}");
     let to = key(&window, "Yaw", 3).x - key(&window, "Yaw", 7).x;
     plain_drag(&mut window, out.center(), out.center() + vec2(to, 0.0));
-    let range = |window: &Window| window.state().state().export_options.frames;
+    let range = |window: &Window| window.state().state().look.range;
     assert_eq!(range(&window), Some((0, 3)));
     let into = handle(&window, "In point at frame 0");
     let to = key(&window, "Yaw", 3).x - key(&window, "Yaw", 0).x;

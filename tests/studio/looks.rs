@@ -9,7 +9,7 @@ use egui::{Event, Key, Modifiers, pos2};
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
 
-fn id(shelf: Shelf, name: &str) -> LookId {
+pub fn id(shelf: Shelf, name: &str) -> LookId {
     LookId {
         shelf,
         name: LookName::new(name).unwrap(),
@@ -17,7 +17,7 @@ fn id(shelf: Shelf, name: &str) -> LookId {
 }
 
 /// Brings the pane of looks to the front.
-fn open_looks(window: &mut Window) {
+pub fn open_looks(window: &mut Window) {
     // A person's window remembers it.
     if window.query_by_label("Name of the look").is_none() {
         window.get_by_label("Looks").click();
@@ -26,7 +26,7 @@ fn open_looks(window: &mut Window) {
 }
 
 /// Types a name for the present look in place of the one that is there, and clicks.
-fn store(window: &mut Window, name: &str, button: &str) {
+pub fn store(window: &mut Window, name: &str, button: &str) {
     window.get_by_label("Name of the look").click();
     window.run_steps(2);
     retype(window, name);
@@ -44,7 +44,7 @@ fn until_drawn(window: &mut Window, look: &LookId) {
     });
 }
 
-fn choose(window: &mut Window, look: &str, entry: &str) {
+pub fn choose(window: &mut Window, look: &str, entry: &str) {
     window.get_by_label(&format!("More for {look}")).click();
     window.run_steps(3);
     window.get_by_label(entry).click();
@@ -60,7 +60,7 @@ fn brighten(window: &mut Window) {
 }
 
 /// Gives a look another name.
-fn rename(window: &mut Window, look: &str, name: &str) {
+pub fn rename(window: &mut Window, look: &str, name: &str) {
     window.get_by_label(&format!("More for {look}")).click();
     window.run_steps(3);
     window.get_by_label("Rename…").click();
@@ -77,7 +77,7 @@ fn names(window: &Window) -> Vec<String> {
 }
 
 /// Changes environment, yaw and exposure.
-fn relight(window: &mut Window) {
+pub fn relight(window: &mut Window) {
     brighten(window);
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     window.run_steps(2);
@@ -424,10 +424,20 @@ fn four_looks_stand_side_by_side_at_any_frame_and_one_is_picked() {
     };
     let [a, b, c, d] = all_four(&mut window, 0);
     assert!(a == present);
-    for (found, stored) in [b, c, d].iter().zip(&pictures) {
+    for (found, stored) in [&b, &c, &d].into_iter().zip(&pictures) {
         assert!(found == stored, "bit for bit as it was stored");
     }
     super::snapshot(&mut window, "studio_four");
+    // The same pixel is read in all four, wherever the pointer is.
+    let middle = window.get_by_label_contains("A: ").rect().center();
+    window.hover_at(middle);
+    window.run_steps(2);
+    window.get_by_label_contains("32, 32");
+    let at = 3 * (32 * 64 + 32);
+    for (letter, codes) in "ABCD".chars().zip([&a, &b, &c, &d]) {
+        let [red, green, blue] = [codes[at], codes[at + 1], codes[at + 2]];
+        window.get_by_label_contains(&format!("{letter} {red} {green} {blue}"));
+    }
     window.key_press(Key::End);
     window.run_steps(2);
     let last = all_four(&mut window, clay::FRAMES - 1);
@@ -436,7 +446,7 @@ fn four_looks_stand_side_by_side_at_any_frame_and_one_is_picked() {
     // Another look in a place.
     window.get_by_label("Place B, Cold").click();
     window.run_steps(3);
-    window.get_by_label("Present look").click();
+    window.get_by_label("Current look").click();
     window.run_steps(3);
     let four = &window.state().state().four;
     assert_eq!(four.slots[1], FourSlot::Present);
@@ -461,7 +471,7 @@ fn zoom_and_pan_are_those_of_all_four() {
     until(&mut window, "the present look", |app| {
         app.relit().is_some_and(|relit| relit.looks[0].is_some())
     });
-    let place = window.get_by_label("A: present look").rect();
+    let place = window.get_by_label("A: current look").rect();
     super::plain_drag(
         &mut window,
         place.center(),
@@ -474,6 +484,43 @@ fn zoom_and_pan_are_those_of_all_four() {
     window.key_press(Key::Escape);
     window.run_steps(2);
     assert!(!window.state().state().four.on);
+}
+
+#[test]
+fn what_is_set_while_the_clip_plays_is_saved_and_can_be_undone_after_the_window_was_closed() {
+    let folder = crate::temporary();
+    let project = saved_project(folder.path(), "film");
+    let open = || {
+        let project = project.clone();
+        let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+        until(&mut window, "the first picture", |app| {
+            app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
+        });
+        until_shown(&mut window);
+        window
+    };
+    let mut window = open();
+    let before = window.state().state().look.clone();
+    window.key_press(Key::Space);
+    window.run_steps(2);
+    brighten(&mut window);
+    window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
+    window.run_steps(2);
+    super::plain_drag(&mut window, super::MIDDLE, super::MIDDLE + egui::vec2(37.0, 0.0));
+    window.run_steps(2);
+    assert!(window.state().state().playing);
+    let set = window.state().state().look.clone();
+    assert_ne!(set, before);
+    window.run_steps(3);
+    drop(window);
+
+    let mut window = open();
+    assert_eq!(window.state().state().look, set);
+    for _ in 0..3 {
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        window.run_steps(2);
+    }
+    assert_eq!(window.state().state().look, before);
 }
 
 #[test]

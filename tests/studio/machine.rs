@@ -8,7 +8,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use serde_json::json;
 
 /// A machine with a GPU; one figure could not be had.
-fn report() -> MachineReport {
+pub fn report() -> MachineReport {
     let row = |what: &str, network: Option<&str>, size: usize, ms: f64| {
         json!({
             "what": what, "network": network, "size": size,
@@ -22,7 +22,7 @@ fn report() -> MachineReport {
         let mut missing = row("training step", Some("paper"), 512, 1.0);
         missing["median_ms"] = json!(null);
         missing["predicted_ms"] = json!(40.0 * slow);
-        missing["left_out"] = json!("the time was up; give more --minutes");
+        missing["left_out"] = json!("the time was up; give it more minutes");
         json!([
             row("relight", None, 512, 0.3 * slow),
             row(

@@ -115,7 +115,7 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
     std::fs::remove_file(shoot.join("interview_masks/frame_001.png")).unwrap();
     let mut window = no_project();
     drop_onto(&mut window, folder.path().join("shoot/truth.json"));
-    window.get_by_label_contains("neither a panorama");
+    window.get_by_label_contains("cannot be used. Drop a panorama");
     drop_onto(&mut window, &shoot);
     until(&mut window, "look at the shoot", |app| {
         app.wizard().scan().is_some()
@@ -282,6 +282,34 @@ fn a_recent_project_is_opened_by_its_first_frame() {
 }
 
 #[test]
+fn a_project_that_is_not_calibrated_says_so_over_its_frame_and_offers_it() {
+    let folder = crate::temporary();
+    let film = imported(folder.path());
+    let mut window = window(|ctx| StudioApp::new(ctx, Some(film), DeviceChoice::Cpu));
+    until(
+        &mut window,
+        "opened project",
+        needs(Some(Need::Calibration)),
+    );
+    let corner = |window: &mut Window| {
+        let shot = window.render().unwrap();
+        shot.get_pixel(300, 70).0
+    };
+    until(&mut window, "frame behind the question", |app| {
+        let listed = app.environments().iter().all(|e| e.panorama.is_done());
+        listed && matches!(app.footage().picture(), Some(Ok(_)))
+    });
+    window.run_steps(3);
+    window.get_by_label("Not calibrated yet");
+    assert!(window.query_by_label_contains("afterlight ").is_none());
+    let surround = [118, 118, 118, 255];
+    assert_ne!(corner(&mut window), surround, "the frame fills the pane");
+    snapshot(&mut window, "studio_uncalibrated");
+    window.get_by_label("Calibrate").click();
+    until(&mut window, "calibration", |app| app.status().job.is_some());
+}
+
+#[test]
 fn an_empty_window_offers_the_ways_to_a_project() {
     let mut window = no_project();
     window.run();
@@ -322,7 +350,7 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
     };
     let refused = second.state().worker().unwrap().run(job).unwrap_err();
     let refused = refused.to_string();
-    assert!(refused.contains("Nothing can be written"), "{refused}");
+    assert!(refused.contains("Read-only"), "{refused}");
     assert!(refused.contains("the studio, process"), "{refused}");
     // Neither the look nor the list of environments is kept.
     let files = || {
@@ -365,7 +393,10 @@ fn another_project_is_not_opened_while_a_job_runs_and_is_once_it_was_stopped() {
     let mut window = clay_window(elsewhere.path());
     let job = told_job(&mut window);
     drop_onto(&mut window, &film.root);
-    window.get_by_label_contains("would stop the running job: training the network");
+    until_labelled(&mut window, "Stop and open");
+    window.get_by_label("Training the network: training at 37 %. It stops; what is saved stays.");
+    window.get_by_label("Keep working").click();
+    window.run_steps(2);
     assert_eq!(window.state().project().unwrap().root, elsewhere.path());
     // The job runs on.
     job.send(|progress| progress.step("training", 500, 1000, "going on"))
@@ -399,7 +430,9 @@ fn a_shoot_that_was_moved_is_asked_for_and_found() {
     let mut window = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));
     until(&mut window, "question", needs(Some(Need::Shoot)));
     window.get_by_label("Locate…");
-    assert!(window.query_all_by_label_contains("../shoot").count() > 0);
+    let read = folder.path().join("shoot").display().to_string();
+    assert!(window.query_all_by_label_contains(&read).count() > 0);
+    assert!(window.query_by_label_contains("/../").is_none());
     drop_onto(&mut window, &moved);
     until(&mut window, "found shoot", needs(Some(Need::Calibration)));
     let kept = Project::open(&project.root).unwrap();
@@ -422,7 +455,8 @@ fn each_damage_has_its_sentence_and_loses_nothing() {
     let mut window = opened();
     until(&mut window, "damaged network", needs(None));
     window.get_by_label_contains("checkpoint.toml");
-    window.get_by_label_contains("--fresh");
+    window.get_by_label_contains("Train again");
+    assert!(window.query_by_label_contains("--fresh").is_none());
     window.get_by_label("Try again");
     drop(window);
     let damaged = std::fs::read(path("checkpoint/checkpoint.toml")).unwrap();

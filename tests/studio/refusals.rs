@@ -15,21 +15,23 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
     let mut window = clay_window(folder.path());
     let refused = |window: &mut super::Window| {
         drop_onto(window, "notes.txt");
-        window.get_by_label_contains("notes.txt is neither");
+        window.get_by_label_contains("notes.txt cannot be used");
         // Another picture does not answer it.
         plain_drag(window, MIDDLE, MIDDLE + vec2(30.0, 0.0));
         until_shown(window);
-        window.get_by_label_contains("notes.txt is neither");
+        window.get_by_label_contains("notes.txt cannot be used");
     };
     let is_said = |window: &super::Window| {
         let said = window
-            .query_by_label_contains("notes.txt is neither")
+            .query_by_label_contains("notes.txt cannot be used")
             .is_some();
         assert_eq!(said, window.state().status().refusal.is_some());
         said
     };
     refused(&mut window);
-    let note = window.get_by_label_contains("notes.txt is neither").rect();
+    let note = window
+        .get_by_label_contains("notes.txt cannot be used")
+        .rect();
     assert!(
         note.height() > 30.0 && note.width() < 640.0,
         "it is wrapped: {note:?}"
@@ -110,6 +112,6 @@ fn a_job_that_may_not_write_is_refused_where_no_picture_is_seen() {
     let mut window = super::window(|ctx| StudioApp::over(ctx, project, clay::source));
     press(&mut window, Key::Num1);
     press(&mut window, Key::Enter);
-    window.get_by_label_contains("Nothing can be written here");
+    window.get_by_label_contains("Read-only. ");
     assert!(window.state().status().job.is_none());
 }

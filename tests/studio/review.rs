@@ -1,13 +1,13 @@
 //! The review's panels: what they say, what a click in them asks for, and what is kept.
 
 use super::{
-    Window, clay, export, lines_with, snapshot, snapshot_without, until, until_labelled,
-    until_shown, window,
+    Window, clay, export, lines_with, plain_drag, snapshot, snapshot_without, until,
+    until_labelled, until_shown, vulkan_adapter, window,
 };
 use afterlight::evaluation::review::{Case, Mark, Marks, Metric, Review};
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, DEMO_STARTER};
-use afterlight::studio::{CellPicture, Pane, StudioApp};
+use afterlight::studio::{CellPicture, Pane, StudioApp, Thumbnail};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -130,7 +130,7 @@ fn a_click_on_a_lamp_shows_it_alone_and_with_ctrl_beside_others() {
         "the second click ends it"
     );
     click(&mut window, places[0], Modifiers::NONE);
-    window.get_by_label("Back to environment").click();
+    window.get_by_label("All lamps").click();
     window.run_steps(2);
     assert!(window.state().state().solo.is_empty());
     assert_eq!(
@@ -296,14 +296,17 @@ fn the_strip_has_the_worst_first_and_leads_to_its_worst_lamp() {
     });
     let lefts: Vec<f32> = lefts.collect();
     assert!(lefts.windows(2).all(|pair| pair[0] < pair[1]), "{lefts:?}");
-    let frames = order
+    let pictures = order
         .iter()
-        .filter_map(|&(case, _)| match review.cases[case].case {
-            Case::Frame(frame) => Some(frame),
-            Case::Pose(_) => None,
+        .map(|&(case, _)| match review.cases[case].case {
+            Case::Frame(frame) => Thumbnail::Frame(frame),
+            Case::Pose(pose) => {
+                let lamp = review.worst_lamp(Metric::Flip, case).unwrap();
+                Thumbnail::Olat { pose, lamp }
+            }
         });
-    let frames: Vec<usize> = frames.collect();
-    assert_eq!(window.state().footage().wanted(Pane::Review), frames);
+    let pictures: Vec<Thumbnail> = pictures.collect();
+    assert_eq!(window.state().footage().wanted(Pane::Review), pictures);
     for &(case, mean) in &order {
         let name = in_strip(&review, (case, mean));
         window.get_by_label(&name).click_accesskit();
@@ -463,8 +466,8 @@ fn frames_that_are_unlike_every_pose_are_listed_and_another_networks_are_called_
     std::fs::create_dir_all(path.parent().unwrap()).unwrap();
     std::fs::write(path, report.to_string()).unwrap();
     let window = opened(&project);
-    window.get_by_label_contains("found out for another network");
-    window.get_by_label_contains("2 of 3 frames are farther from every pose");
+    window.get_by_label_contains("Measured with another network");
+    window.get_by_label_contains("2 of 3 frames unlike every pose");
     window.get_by_label("Frame 2: 1.5 × as far, 21.4 dB (19.8 at least)");
     window.get_by_label("Frame 3: 1.2 × as far, 21.4 dB (19.8 at least)");
     window.get_by_label("Frame 2");
@@ -510,7 +513,7 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
     until_shown(&mut window);
     assert_eq!(window.state().state().frame, worst);
     assert_eq!(window.state().state().solo, [lamps - 1]);
-    window.get_by_label(&format!("{name} alone ×"));
+    window.get_by_label(&format!("Solo: {name} ×"));
     window
         .get_by_label("Show over the picture where errors are expected")
         .click();
@@ -518,4 +521,179 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
     assert!(window.state().state().doubts);
     window.get_by_label("Errors ×");
     snapshot(&mut window, "studio_expected_errors");
+}
+
+#[test]
+fn poses_stand_in_the_strip_as_they_were_photographed_under_their_worst_lamps() {
+    let (mut window, _root, _folder) = export::opened();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
+    until_labelled(&mut window, "Measure");
+    window.get_by_label("Measure").click();
+    until(&mut window, "figures", |app| {
+        app.review().measured().is_some() && app.status().job.is_none()
+    });
+    let review = measurement(&window);
+    let order = review.worst_cases(Metric::Flip);
+    let poses = order.iter().filter_map(|&(case, mean)| {
+        let Case::Pose(pose) = review.cases[case].case else {
+            return None;
+        };
+        let lamp = review.worst_lamp(Metric::Flip, case)?;
+        Some((
+            Thumbnail::Olat { pose, lamp },
+            in_strip(&review, (case, mean)),
+        ))
+    });
+    let poses: Vec<(Thumbnail, String)> = poses.collect();
+    assert!(!poses.is_empty());
+    // The strip asks for what is in sight.
+    window.set_size(vec2(1280.0, 1100.0));
+    window.run_steps(4);
+    until(&mut window, "photographs", |app| {
+        let footage = app.footage();
+        footage.thumbnail(poses[0].0).is_some()
+    });
+    let need = test_support::Need::Gpu;
+    if !test_support::require(need, vulkan_adapter(), "no Vulkan adapter to draw with") {
+        return;
+    }
+    let place = window.get_by_label(&poses[0].1).rect();
+    let drawn = window.render().unwrap();
+    let colors = (0..56).flat_map(|y| (0..84).map(move |x| [x, y]));
+    let colors =
+        colors.map(|[x, y]| drawn.get_pixel(place.left() as u32 + x, place.top() as u32 + y));
+    let colors: std::collections::BTreeSet<_> = colors.map(|color| color.0).collect();
+    assert!(
+        colors.len() > 20,
+        "a photograph, not {} colours",
+        colors.len()
+    );
+}
+
+#[test]
+fn a_verdict_is_taken_back_by_its_key_and_undone_while_the_light_stays() {
+    let folder = crate::temporary();
+    let (project, mut window) = measured_window(folder.path());
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
+    window.run_steps(2);
+    plain_drag(&mut window, super::MIDDLE, super::MIDDLE + vec2(50.0, 0.0));
+    let look = window.state().state().look.clone();
+    assert!(look.yaw_deg != 0.0);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
+    window.run_steps(2);
+    let at = in_map(&window, 1, 10);
+    click(&mut window, at, Modifiers::NONE);
+    let until_is = |window: &mut Window, mark: Option<Mark>, note: &str| {
+        let started = Instant::now();
+        let on_disk = || {
+            let marks = Marks::load(&project).unwrap();
+            let marked = marks.of("frame_005", "olat_10").cloned();
+            marked.map_or((None, String::new()), |marked| (marked.mark, marked.note))
+        };
+        while on_disk() != (mark, note.to_owned()) {
+            assert!(
+                started.elapsed() < test_support::PATIENCE,
+                "{:?}",
+                on_disk()
+            );
+            std::thread::sleep(Duration::from_millis(5));
+            window.step();
+        }
+        assert_eq!(window.state().state().look, look, "the light stays");
+    };
+    let bad = Some(Mark::Bad);
+    let (undo, redo) = (Modifiers::COMMAND, Modifiers::COMMAND | Modifiers::SHIFT);
+    window.key_press(Key::Num3);
+    until_is(&mut window, bad, "");
+    window.key_press(Key::Num3);
+    until_is(&mut window, None, "");
+    window.key_press_modifiers(undo, Key::Z);
+    until_is(&mut window, bad, "");
+    window.get_by_label_contains("Undone: the mark of frame_005, olat_10");
+    window.key_press_modifiers(redo, Key::Z);
+    until_is(&mut window, None, "");
+    window.key_press(Key::Num1);
+    until_is(&mut window, Some(Mark::Good), "");
+
+    // A note is one step, and its field follows.
+    window.get_by_label("Note").focus();
+    window.run_steps(2);
+    for typed in ["the ", "chin's ", "shadow"] {
+        window.event(Event::Text(typed.to_owned()));
+        window.run_steps(2);
+    }
+    until_is(&mut window, Some(Mark::Good), "the chin's shadow");
+    click(&mut window, at, Modifiers::NONE);
+    window.key_press_modifiers(undo, Key::Z);
+    until_is(&mut window, Some(Mark::Good), "");
+    let field = window.get_by_label("Note");
+    assert_eq!(field.value().unwrap_or_default(), "");
+    drop(field);
+    for _ in 0..5 {
+        window.key_press_modifiers(undo, Key::Z);
+        window.run_steps(3);
+    }
+    until_is(&mut window, None, "");
+    for _ in 0..4 {
+        window.key_press_modifiers(redo, Key::Z);
+        window.run_steps(3);
+    }
+    until_is(&mut window, Some(Mark::Good), "the chin's shadow");
+
+    // Elsewhere it is the light that is undone.
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
+    window.run_steps(2);
+    window.key_press_modifiers(undo, Key::Z);
+    window.run_steps(3);
+    assert_eq!(window.state().state().look.yaw_deg, 0.0);
+}
+
+#[test]
+fn a_cell_stays_in_the_review_and_ends_under_another_environment() {
+    let (mut window, _root, _folder) = export::opened();
+    let show = |window: &mut Window, workspace: Key| {
+        window.key_press_modifiers(Modifiers::COMMAND, workspace);
+        window.run_steps(4);
+    };
+    show(&mut window, Key::Num4);
+    until_labelled(&mut window, "Measure");
+    window.get_by_label("Measure").click();
+    until(&mut window, "figures", |app| {
+        app.review().measured().is_some() && app.status().job.is_none()
+    });
+    let review = measurement(&window);
+    let worst = in_strip(&review, review.worst_cases(Metric::Flip)[0]);
+    let is_drawn = |window: &Window| {
+        let image = window.query_by_role_and_label(Role::Image, "prediction");
+        image.is_some()
+    };
+    let cell = |window: &mut Window| {
+        show(window, Key::Num4);
+        window.get_by_label(&worst).click_accesskit();
+        until(window, "the cell's pictures", |app| {
+            let pictures = app.review().cell.as_ref();
+            app.state().cell.is_some() && pictures.is_some_and(Result::is_ok)
+        });
+        window.run_steps(4);
+        assert!(is_drawn(window));
+        window.key_press(Key::Q);
+        window.run_steps(3);
+        let state = window.state().state();
+        assert!(state.cell.is_some() && state.enlarged.is_some());
+    };
+    for workspace in [Key::Num3, Key::Num5] {
+        cell(&mut window);
+        show(&mut window, workspace);
+        let state = window.state().state();
+        assert_eq!((state.cell, state.enlarged), (None, None));
+        assert!(!is_drawn(&window));
+        window.get_by_label("Relit picture");
+    }
+    cell(&mut window);
+    show(&mut window, Key::Num4);
+    assert!(window.state().state().cell.is_some(), "it was open already");
+    window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
+    window.run_steps(4);
+    let state = window.state().state();
+    assert_eq!((state.cell, state.enlarged), (None, None));
 }

@@ -121,7 +121,7 @@ fn a_clip_is_exported_as_prores() {
     let (window, root, _folder) = super::export::opened();
     let mut hand = Hand::of(window);
     hand.click("Workspace Export");
-    hand.click("Format movie");
+    hand.click("Format Movie");
     hand.click("Codec: H.264");
     hand.click("ProRes 422 HQ");
     hand.click("Add to queue");
@@ -146,7 +146,7 @@ fn a_key_light_from_the_left_is_two_acts_away() {
     until_shown(&mut hand.window);
     hand.click("Add light");
     let light = hand.window.get_by_label("Light 1 on the panorama").rect();
-    let panorama = hand.window.get_by_label("Environment").rect();
+    let panorama = hand.window.get_by_label("Environment map").rect();
     // Beside the camera on its left, above the eyes.
     let to = panorama.min + vec2(0.15, 0.35) * panorama.size();
     hand.drag(light.center(), to);

@@ -39,6 +39,24 @@ fn step_on_disk(project: &Project) -> u64 {
 }
 
 #[test]
+fn training_says_what_it_will_look_like_and_cost_before_it_runs() {
+    let folder = crate::temporary();
+    let project = calibrated(folder.path());
+    let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
+    until(&mut window, "frame behind the preview", |app| {
+        let read = matches!(app.footage().picture(), Some(Ok(_)));
+        read && app.training().records.is_some()
+    });
+    window.run_steps(3);
+    for what in ["Data", "Time", "Steps", "Memory", "Disk", "You see"] {
+        window.get_by_label(what);
+    }
+    window.get_by_label("Start");
+    snapshot(&mut window, "studio_training_preview");
+}
+
+#[test]
 fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     let folder = crate::temporary();
     let project = calibrated(folder.path());
@@ -48,12 +66,12 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     until(&mut window, "what is on disk", |app| {
         app.training().records.is_some()
     });
-    window.get_by_label("Nothing has been trained yet");
+    window.get_by_label("Nothing trained yet");
     // What it will take and show, over the interview's frame.
     window.get_by_label("10 min. Stop or pause at any time");
     window.get_by_label("as many as fit. The rate is known after the first seconds");
-    window.get_by_label_contains("every 30 s, older ones thin out");
-    window.get_by_label_contains("the relit picture after the first checkpoint");
+    window.get_by_label_contains("every 30 s; older checkpoints thin out");
+    window.get_by_label_contains("the relit picture after 30 s");
     until(&mut window, "frame behind the preview", |app| {
         matches!(app.footage().picture(), Some(Ok(_)))
     });
@@ -276,8 +294,8 @@ fn a_window_in_which_a_network_trains_looks_as_it_did() {
         let last = training.history.points().last();
         training.pictures.is_some() && last.is_some_and(|point| point.step == 1239)
     });
-    window.get_by_label_contains("Dead outputs: olat_03, olat_17");
-    window.get_by_label_contains("2 steps with NaN or infinite values");
+    window.get_by_label_contains("olat_03, olat_17 are stuck at black or white");
+    window.get_by_label_contains("2 steps skipped: NaN or infinite values");
     window.key_press(Key::PageDown);
     window.run_steps(2);
     assert_eq!(window.state().state().trained_lamp, 1);
@@ -321,7 +339,7 @@ fn an_empty_training_says_what_it_needs_and_offers_it() {
     until(&mut window, "what is on disk", |app| {
         app.training().records.is_some() && app.relit().is_some()
     });
-    window.get_by_label("Calibrate first");
+    window.get_by_label("Calibrate");
     // This shoot has no frames on the disk: nothing stands behind the question.
     until(&mut window, "look at the interview", |app| {
         app.footage().picture().is_some()

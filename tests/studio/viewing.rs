@@ -114,17 +114,18 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
     window.get_by_role_and_label(Role::ComboBox, "View").click();
     window.run_steps(3);
     window.get_by_label("As exported (sRGB)");
-    window.get_by_label("filmic").click();
+    window.get_by_label("Filmic").click();
     until_shown(&mut window);
     let state = window.state().state();
     assert_eq!(state.scene().view(), ViewTransform::Filmic);
     assert_eq!(state.look.effects.view, ViewTransform::Srgb);
     assert!(!state.can_undo());
     assert_ne!(picture(&window), plain);
-    window.get_by_label("viewing filmic: not exported");
+    window.get_by_label("viewing Filmic: not exported");
     press(&mut window, Key::R, 1);
     let red = Inspection::Channel(Channel::Red);
     assert_eq!(window.state().state().inspection, red);
+    window.get_by_label("viewing red channel, Filmic: not exported");
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     window.run_steps(4);
     until_shown(&mut window);
@@ -194,12 +195,12 @@ fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
     assert!(!window.state().state().can_undo());
 
     // A tone curve takes its place; a reset shows what is exported.
-    menu(&mut window, "filmic");
-    window.get_by_label("filmic").click();
+    menu(&mut window, "Filmic");
+    window.get_by_label("Filmic").click();
     until_shown(&mut window);
     let state = window.state().state();
     assert_eq!((&state.color_view, &state.viewing.through), (&None, &None));
-    window.get_by_label("viewing filmic: not exported");
+    window.get_by_label("viewing Filmic: not exported");
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     window.run_steps(4);
     until_shown(&mut window);

@@ -15,7 +15,7 @@ pub(super) fn read_back<T>(
     let fail = |cause: String| {
         Error::device(
             format!("the GPU did not give the relit picture back: {cause}"),
-            "Relight on the CPU with --device cpu",
+            ("Relight on the CPU", "--device cpu"),
         )
     };
     let there = device.create_buffer(&wgpu::BufferDescriptor {

@@ -261,7 +261,7 @@ impl<'a> Recording<'a> {
         unread.device.poll(wait).map_err(|e| {
             Error::device(
                 format!("the GPU did not finish the relit picture: {e}"),
-                "Relight on the CPU with --device cpu",
+                ("Relight on the CPU", "--device cpu"),
             )
         })?;
         Ok((texture, unread))

@@ -19,7 +19,7 @@ impl Fingerprint {
     /// # Errors
     /// When it has no network or no calibration.
     pub fn of(project: &Project) -> Result<Self> {
-        let read = |path: std::path::PathBuf, remedy: &str| {
+        let read = |path: std::path::PathBuf, remedy: (&str, &str)| {
             let text = files::read_text(&path, files::MOST_TEXT);
             text.map_err(|e| Error::io("open", path, e, remedy))
         };
@@ -28,16 +28,22 @@ impl Fingerprint {
             // The table changes with every checkpoint, since it counts seconds.
             network: mark(&read(
                 project.checkpoint_path().join("checkpoint.toml"),
-                "Train this project first: afterlight train PROJECT",
+                ("Train this project first", "afterlight train PROJECT"),
             )?),
             calibration: mark(&read(
                 project.calibration_path(),
-                "Calibrate this project first: afterlight calibrate PROJECT",
+                (
+                    "Calibrate this project first",
+                    "afterlight calibrate PROJECT",
+                ),
             )?),
             shoot: mark(
                 &read(
                     project.root.join("project.toml"),
-                    "Make a project first: afterlight import PROJECT --shoot DIR",
+                    (
+                        "Make a project first",
+                        "afterlight import PROJECT --shoot DIR",
+                    ),
                 )?
                 .lines()
                 // Colours of exports and of the viewer, not of OLATs.
@@ -77,7 +83,7 @@ mod tests {
     fn what_changed_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let mut project = project::Project::without_shoot(folder.path());
-        let missing = Fingerprint::of(&project).unwrap_err().to_string();
+        let missing = Fingerprint::of(&project).unwrap_err().for_terminal();
         assert!(missing.contains("afterlight train"), "{missing}");
         project.save().unwrap();
         std::fs::create_dir(project.checkpoint_path()).unwrap();

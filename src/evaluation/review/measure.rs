@@ -79,7 +79,10 @@ pub fn review(
         !settings.fresh && kept.truth == folder && kept.basis.difference(&basis).is_none()
     });
     if kept.is_some() && settings.report.is_none() {
-        progress.say("Nothing has changed since the last measurement, which is shown. --fresh measures again");
+        progress.advise(
+            "Nothing has changed since the last measurement, which is shown",
+            "--fresh measures again",
+        );
     }
     let open = || Reviewer::open(project, settings.truth.as_deref(), settings.device);
     let mut reviewer = None;

@@ -260,7 +260,7 @@ impl Review {
     /// # Errors
     /// When the file cannot be read or is damaged.
     pub fn load(project: &Project) -> Result<Option<Self>> {
-        const REMEDY: &str = "Measure again: afterlight review PROJECT --fresh";
+        const REMEDY: (&str, &str) = ("Measure again", "afterlight review PROJECT --fresh");
         let path = project.measured_path();
         let text = match files::read_text(&path, MOST_FIGURES) {
             Ok(text) => text,
@@ -440,7 +440,7 @@ pub(crate) mod tests {
             if let Some(text) = text {
                 std::fs::write(project.measured_path(), text).unwrap();
             }
-            let refused = Review::load(&project).unwrap_err().to_string();
+            let refused = Review::load(&project).unwrap_err().for_terminal();
             assert!(
                 refused.contains("measured.json") && refused.contains("--fresh"),
                 "{refused}"

@@ -62,7 +62,7 @@ impl<'a> Reviewer<'a> {
             (Case::Frame(index), None) => {
                 return Err(Error::missing(
                     format!("there is no truth to compare frame {index} with"),
-                    "Give the folder with the truth: --truth DIR",
+                    ("Give the folder with the truth", "--truth DIR"),
                 ));
             }
             (Case::Pose(pose), _) => {
@@ -122,8 +122,8 @@ impl<'a> Reviewer<'a> {
         let cases = self.cases();
         if cases.is_empty() {
             return Err(Error::missing(
-                "there is nothing to measure: no pose of the OLAT session and no frame with true OLATs",
-                "Give a folder with truth: --truth DIR",
+                "there is nothing to measure: no pose of the OLAT session and no frame with truth",
+                ("Give a folder with truth", "--truth DIR"),
             ));
         }
         let shoot = &self.project.settings.shoot;

@@ -147,24 +147,33 @@ impl RelightSettings {
     /// Refuses what cannot be together.
     ///
     /// # Errors
-    /// When a light that is not there has keys, or grain is asked for where a configuration makes the codes.
+    /// When a light or a group that is not there has keys, or grain is asked for where a configuration makes the codes.
     pub fn check(&self) -> Result<()> {
         if self.files.ocio.is_asked() && self.largest_effects().asks(Pass::Grain) {
             return Err(Error::invalid(
                 "grain is measured in the codes of our own view, and an OpenColorIO configuration makes others",
-                "Leave the grain out, or --ocio-display, --ocio-view, --ocio-look and --ocio-space",
+                (
+                    "Leave the grain out, or the configuration",
+                    "--ocio-display, --ocio-view, --ocio-look and --ocio-space",
+                ),
             ));
         }
         self.check_keys()
     }
 
-    /// Refuses keys of a light that is not there.
+    /// Refuses keys of a light or a group that is not there.
     fn check_keys(&self) -> Result<()> {
         let mut lanes = self.animation.lanes();
         let lost = lanes.find(|(setting, _)| !setting.exists(&self.lighting));
         let Some((lost, _)) = lost else {
             return Ok(());
         };
+        if let Setting::Group(_) = lost {
+            return Err(Error::missing(
+                format!("there are keys of {lost}, and no such group of lights"),
+                "Take its keys out",
+            ));
+        }
         let numbers = self
             .lighting
             .placed

@@ -64,6 +64,10 @@ fn keys_of_a_light_that_is_not_there_are_refused() {
     moving.lighting.placed.clear();
     let said = moving.check_keys().unwrap_err().to_string();
     assert!(said.contains("no light"), "{said}");
+    moving.animation = Animation::default();
+    moving.animation.set(Setting::Group(3), keys("0:1"));
+    let said = moving.check_keys().unwrap_err().to_string();
+    assert!(said.contains("groups.3.gain"), "{said}");
 }
 
 #[test]
@@ -79,6 +83,7 @@ fn all_settings_come_back_from_a_file_as_they_were() {
     all.lighting.placed[1].group = "rim".to_owned();
     all.lighting.groups = vec![light::LightGroup {
         name: "rim".to_owned(),
+        id: 1,
         gain_stops: -1.3,
         ..light::LightGroup::default()
     }];
@@ -90,6 +95,7 @@ fn all_settings_come_back_from_a_file_as_they_were() {
             .map(|strength| Setting::Effect(strength.pass)),
     );
     lanes.extend(LightSetting::ALL.map(|(setting, ..)| Setting::Light(2, setting)));
+    lanes.push(Setting::Group(1));
     for (number, lane) in lanes.into_iter().enumerate() {
         all.animation
             .set(lane, keys(&format!("0:0.1,{}:0.7", number + 1)));

@@ -2,11 +2,16 @@
 
 use super::StudioApp;
 use crate::command::{AimCommand, AimedLight, Command, LookCommand};
+use crate::layout::Pane;
 use crate::light_aim::AimQuestion;
 
 impl StudioApp {
     pub(super) fn apply_to_aim(&mut self, command: AimCommand) {
         match command {
+            AimCommand::Toggle if !self.state.aims && !self.shows_picture() => {
+                let sentence = "Light by the face needs the picture. Open Relight.";
+                self.status.refuse(sentence.to_owned());
+            }
             AimCommand::Toggle => {
                 self.state.aims = !self.state.aims;
                 self.readers.aim.clear();
@@ -25,6 +30,10 @@ impl StudioApp {
                 }
             }
         }
+    }
+
+    fn shows_picture(&self) -> bool {
+        self.shown.contains(&Pane::Picture) && self.preview.relit.is_some()
     }
 
     /// Places or moves the light as directions are found.

@@ -11,7 +11,12 @@ use crate::saver::Saver;
 use crate::state::State;
 use base::error::Result;
 use project::Project;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Writing that takes longer than this is shown.
+const SLOW: Duration = Duration::from_millis(500);
 
 /// What was saved last, and the thread that writes.
 pub struct Autosave {
@@ -82,6 +87,17 @@ impl Autosave {
         self.save_preferences();
     }
 
+    /// The headings that are folded.
+    pub fn folded(&self) -> &BTreeSet<String> {
+        self.preferences.folded()
+    }
+
+    /// Folds a heading or unfolds it.
+    pub fn fold(&mut self, heading: String, folded: bool) {
+        self.preferences.fold(heading, folded);
+        self.save_preferences();
+    }
+
     /// The environments that a person likes.
     pub fn favourites(&self) -> &Favourites {
         self.preferences.favourites()
@@ -134,6 +150,11 @@ impl Autosave {
     /// Why something that was changed is not on the disk: the last attempt to write it failed.
     pub fn unsaved(&self) -> Option<&str> {
         self.failed.as_deref()
+    }
+
+    /// Whether writing takes long; None if nothing waits to be written.
+    pub fn saving(&self) -> Option<bool> {
+        self.saver.waiting().map(|waiting| waiting >= SLOW)
     }
 
     /// What could not be written since the last call.

@@ -1,8 +1,9 @@
-//! The question before a window closes on work that would be lost.
+//! What would be lost by a close, or by another project, and the question before a close.
 
 use super::StudioApp;
 use crate::panels::job::capitalized;
 use egui::ViewportCommand;
+use export::Destination;
 use worker::ExportStatus;
 
 impl StudioApp {
@@ -19,9 +20,11 @@ impl StudioApp {
         }
     }
 
-    /// What a close would end, a sentence each.
-    fn would_end(&self) -> Vec<String> {
+    /// What a close or another project would end, a sentence each.
+    pub(super) fn would_end(&self) -> Vec<String> {
+        // A job may have ended whose last words are still on their way.
         let job = self.status.job.as_ref();
+        let job = job.filter(|_| self.session.idle().is_err());
         let share = job.map_or(0.0, |job| 100.0 * job.share);
         let mut running = None;
         let mut waiting = 0;
@@ -33,15 +36,14 @@ impl StudioApp {
             }
         }
         let begun = match (running, job) {
-            (Some(name), _) if name.contains('%') => Some(format!(
-                "{name} is being exported, {share:.0} % done. The stills that are finished stay; Resume it later with \
-                 \u{201c}resume a stopped export\u{201d}."
+            (Some(name), _) if !is_movie(name) => Some(format!(
+                "{name} is {share:.0} % done. Finished stills stay; resume it with \u{201c}Resume a stopped export\u{201d}."
             )),
             (Some(name), _) => Some(format!(
-                "{name} is being exported, {share:.0} % done. A movie that is not finished is lost."
+                "{name} is {share:.0} % done. An unfinished movie is lost."
             )),
             (None, Some(job)) => Some(format!(
-                "{}: {} at {share:.0} %. It stops; what it has saved stays.",
+                "{}: {} at {share:.0} %. It stops; what is saved stays.",
                 capitalized(job.what),
                 job.stage
             )),
@@ -49,11 +51,14 @@ impl StudioApp {
         };
         let waiting = match waiting {
             0 => None,
-            1 => Some("1 export waits in the queue. It is not written.".to_owned()),
-            more => Some(format!(
-                "{more} exports wait in the queue. They are not written."
-            )),
+            1 => Some("1 export in the queue is not written.".to_owned()),
+            more => Some(format!("{more} exports in the queue are not written.")),
         };
         begun.into_iter().chain(waiting).collect()
     }
+}
+
+/// Whether an export of this name is a single file.
+pub(super) fn is_movie(name: &str) -> bool {
+    matches!(Destination::parse(name), Ok(Destination::Clip(_)))
 }

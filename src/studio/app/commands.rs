@@ -12,16 +12,24 @@ impl StudioApp {
             Command::Look(LookCommand::Redo) if self.paints(false) => {
                 self.readers.matte.travel(false)
             }
+            Command::Look(LookCommand::Undo) if self.judges() => self.travel_marks(true),
+            Command::Look(LookCommand::Redo) if self.judges() => self.travel_marks(false),
             Command::Look(command) => {
                 if matches!(command, LookCommand::AddEnvironments(_)) {
                     // It answers why files that were dropped before are none.
                     self.status.refusal = None;
                 }
-                let alone = !self.state.solo.is_empty();
+                let chooses = matches!(
+                    command,
+                    LookCommand::Environment(_) | LookCommand::AddEnvironments(_)
+                );
+                let lamps = !self.state.solo.is_empty();
+                let lights = self.state.look.lighting.is_solo();
                 self.state.change(command);
-                if alone && self.state.solo.is_empty() {
-                    self.status
-                        .say("All lamps light the subject again, by the environment".to_owned());
+                let ended = lamps && self.state.solo.is_empty()
+                    || chooses && lights && !self.state.look.lighting.is_solo();
+                if ended {
+                    self.status.say("Solo ended".to_owned());
                 }
             }
             Command::View(ViewCommand::ToggleSecond) if self.flips_cell() => {
@@ -39,9 +47,16 @@ impl StudioApp {
             Command::Project(command) => self.apply_to_project(command),
             Command::Job(command) => self.apply_to_job(command),
             Command::Machine(command) => self.apply_to_machine(command),
+            Command::Timeline(command) => {
+                if let Some(command) = self.view.apply_to_timeline(command, &self.state) {
+                    self.apply(command);
+                }
+            }
             Command::Looks(command) => self.apply_to_looks(command),
             Command::Environments(command) => self.apply_to_environments(command),
+            Command::Lights(command) => self.apply_to_lights(command),
             Command::Dialog(dialog) => self.open_dialog(dialog),
+            Command::NewFile(dialog, path) => self.take_new_file(dialog, path),
             Command::Chosen(dialog, paths) => {
                 self.state.path = None;
                 if let Some(command) = self.command_for(dialog, paths) {

@@ -1,7 +1,7 @@
 //! The system's file dialogs, and the field for a typed path beside each: some systems have no dialogs.
 
 use super::StudioApp;
-use super::drops::PANORAMAS;
+use super::drops::{PANORAMAS, folder_of};
 use super::looks::ENDING;
 use crate::command::{
     Command, Dialog, ExportCommand, LookCommand, LooksCommand, MachineCommand, ProjectCommand,
@@ -10,12 +10,12 @@ use crate::command::{
 use crate::comparison::{CompareSettings, Reference};
 use crate::state::{PathEntry, Wanted};
 use crate::wizard::Plan;
-use base::files::shown;
+use base::files::plain;
 use rfd::FileDialog;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
-use worker::Latest;
 use worker::background::catch_panic;
 
 /// Nobody closes a dialog so soon: it was never there.
@@ -89,20 +89,29 @@ enum Ended {
 
 /// The dialogs. Each runs on a thread of its own, so that the window does not wait.
 pub struct Dialogs {
-    /// How the last one ended.
-    ended: Arc<Latest<(Dialog, Ended)>>,
+    /// How many were shown.
+    count: u64,
+    wake: Arc<dyn Fn() + Send + Sync>,
+    end: Sender<(u64, Ended)>,
+    /// How each ended, by its number.
+    ended: Receiver<(u64, Ended)>,
 }
 
 impl Dialogs {
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
+        let (end, ended) = channel();
         Self {
-            ended: Arc::new(Latest::new(wake)),
+            count: 0,
+            wake: Arc::new(wake),
+            end,
+            ended,
         }
     }
 
-    /// Shows a dialog.
-    fn show(&self, dialog: Dialog, ask: impl FnOnce() -> Option<Vec<PathBuf>> + Send + 'static) {
-        let ended = self.ended.clone();
+    /// Shows a dialog; returns its number.
+    fn show(&mut self, ask: impl FnOnce() -> Option<Vec<PathBuf>> + Send + 'static) -> u64 {
+        self.count += 1;
+        let (number, end, wake) = (self.count, self.end.clone(), self.wake.clone());
         std::thread::spawn(move || {
             let begun = Instant::now();
             let how = match catch_panic(|| Ok(ask())) {
@@ -111,29 +120,59 @@ impl Dialogs {
                 Ok(None) => Ended::Closed,
                 Err(e) => Ended::Missing(Some(e.to_string())),
             };
-            ended.put((dialog, how));
+            // Nobody listens once the window is closed.
+            let _ = end.send((number, how));
+            wake();
         });
+        number
     }
 }
 
 impl StudioApp {
     /// The command for what was chosen in a dialog since the last call.
     pub(super) fn chosen(&mut self) -> Option<Command> {
-        let (dialog, ended) = self.dialogs.ended.take()?;
-        // A path may have been typed meanwhile.
-        let entry = self.state.path.as_mut();
-        let entry = entry.filter(|entry| entry.dialog == dialog)?;
-        match ended {
-            Ended::Chosen(paths) => return Some(Command::Chosen(dialog, paths)),
-            Ended::Closed => self.state.path = None,
-            Ended::Missing(why) => {
-                entry.missing = Some(why.unwrap_or_else(|| {
-                    "The system shows no file dialog: it has neither a desktop portal nor zenity."
-                        .to_owned()
-                }));
+        while let Ok((number, ended)) = self.dialogs.ended.try_recv() {
+            // A path may have been chosen meanwhile, and another dialog shown.
+            let is_shown = |entry: &&mut PathEntry| entry.number == number;
+            let Some(entry) = self.state.path.as_mut().filter(is_shown) else {
+                continue;
+            };
+            match ended {
+                Ended::Chosen(paths) => return Some(Command::Chosen(entry.dialog, paths)),
+                // Some systems close a dialog that nobody answers.
+                Ended::Closed if self.view.path_is_typed(entry) => {
+                    entry.missing = Some("The system's dialog is closed.".to_owned());
+                }
+                Ended::Closed => self.state.path = None,
+                Ended::Missing(why) => {
+                    entry.missing = Some(why.unwrap_or_else(|| {
+                        "No file dialog on this system. Type a path below.".to_owned()
+                    }));
+                }
             }
         }
         None
+    }
+
+    /// Takes a file to write that was typed; asks first whether to replace one that is there.
+    pub(super) fn take_new_file(&mut self, dialog: Dialog, path: PathBuf) {
+        let asks = dialog != Dialog::Destination;
+        self.errand(
+            move || Ok((asks && path.symlink_metadata().is_ok(), path)),
+            move |app, found| {
+                // Looking for a file cannot fail.
+                let (is_there, path) = found.unwrap_or_default();
+                let entry = app.state.path.as_mut();
+                let Some(entry) = entry.filter(|entry| entry.dialog == dialog) else {
+                    // It was closed meanwhile.
+                    return;
+                };
+                match is_there {
+                    true => entry.existing = Some(path),
+                    false => app.apply(Command::Chosen(dialog, vec![path])),
+                }
+            },
+        );
     }
 
     /// Shows the system's dialog, and the field beside it.
@@ -143,16 +182,20 @@ impl StudioApp {
         };
         let begun = ask.folder.as_ref().map_or(String::new(), |folder| {
             let name = ask.name.clone().unwrap_or_default();
-            shown(&folder.join(name))
+            plain(&folder.join(name))
         });
+        let (title, wanted) = (ask.title, ask.wanted);
+        let number = self.dialogs.show(move || ask.show());
         self.state.path = Some(PathEntry {
             dialog,
-            title: ask.title,
-            wanted: ask.wanted,
+            number,
+            title,
+            wanted,
             begun,
+            fills: 0,
             missing: None,
+            existing: None,
         });
-        self.dialogs.show(dialog, move || ask.show());
     }
 
     fn ask_for(&self, dialog: Dialog) -> Option<Ask> {
@@ -162,7 +205,7 @@ impl StudioApp {
                 filter: Some(("Panoramas", &PANORAMAS)),
                 ..Ask::new(Wanted::Files, "Add environments")
             }),
-            Dialog::ComparisonTruth => folder("Compare with true OLATs"),
+            Dialog::ComparisonTruth => folder("Compare with truth"),
             Dialog::Project => folder("Open a project"),
             Dialog::Shoot => folder("Choose the shoot's folder"),
             Dialog::ShootPart(_) => Some(Ask::new(
@@ -182,14 +225,14 @@ impl StudioApp {
                 })
             }
             Dialog::FarmFolder(_) => folder("Choose a folder that the farm sees"),
-            Dialog::Truth => folder("Choose a folder with true OLATs"),
+            Dialog::Truth => folder("Choose a folder with truth"),
             Dialog::ReportPage => Some(Ask::new_file(
                 "Save the report",
                 ("Web page", &["html"]),
                 "review.html",
             )),
             Dialog::MachineReport => Some(Ask::new_file(
-                "Save what this machine can do",
+                "Save the performance of this machine",
                 ("Markdown", &["md"]),
                 "machine.md",
             )),
@@ -215,18 +258,18 @@ impl StudioApp {
                 reference: Reference::Truth(first),
                 ..self.state.compare.clone()
             })),
-            Dialog::Project => Command::Project(ProjectCommand::Open(first)),
-            Dialog::Shoot => Command::Project(ProjectCommand::New(Some(first))),
+            Dialog::Project => Command::Project(ProjectCommand::Open(folder_of(first))),
+            Dialog::Shoot => Command::Project(ProjectCommand::New(Some(folder_of(first)))),
             Dialog::ShootPart(slot) => Command::Project(ProjectCommand::Bring(paths, Some(slot))),
             Dialog::ProjectFolder => {
                 let plan = self.picker.wizard.plan().cloned().unwrap_or_default();
-                let folder = first.display().to_string();
+                let folder = plain(&folder_of(first));
                 Command::Project(ProjectCommand::Plan(Some(Box::new(Plan {
                     folder,
                     ..plan
                 }))))
             }
-            Dialog::ShootLocation => Command::Project(ProjectCommand::Locate(first)),
+            Dialog::ShootLocation => Command::Project(ProjectCommand::Locate(folder_of(first))),
             Dialog::Destination => Command::Export(ExportCommand::Destination(first)),
             Dialog::FarmFolder(engine) => Command::Export(ExportCommand::Farm(engine, first)),
             Dialog::Truth => Command::Review(ReviewCommand::Measure(Some(first))),
@@ -241,17 +284,17 @@ impl StudioApp {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::mpsc::channel;
 
     #[test]
     fn a_dialog_that_is_not_there_is_told_from_one_that_was_closed() {
         let (wake, woken) = channel();
-        let dialogs = Dialogs::new(move || wake.send(()).unwrap());
-        let of = Dialog::Project;
-        let ended = |ask: fn() -> Option<Vec<PathBuf>>| {
-            dialogs.show(of, ask);
+        let mut dialogs = Dialogs::new(move || wake.send(()).unwrap());
+        let mut ended = |ask: fn() -> Option<Vec<PathBuf>>| {
+            let number = dialogs.show(ask);
             woken.recv().unwrap();
-            dialogs.ended.take().unwrap().1
+            let (of, how) = dialogs.ended.try_recv().unwrap();
+            assert_eq!(of, number);
+            how
         };
         let Ended::Missing(Some(why)) = ended(|| panic!("on purpose")) else {
             panic!("it is not there");

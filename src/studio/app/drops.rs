@@ -4,7 +4,9 @@ use super::StudioApp;
 use super::looks::ENDING;
 use crate::command::{Command, LookCommand, LooksCommand, ProjectCommand};
 use crate::layout::Pane;
+use crate::state::Wanted;
 use crate::status::Phase;
+use base::files::{plain, shown};
 use footage::scan::is_shoot;
 use std::path::{Path, PathBuf};
 use worker::Need;
@@ -26,8 +28,15 @@ impl StudioApp {
             .map(|file| file.path().to_path_buf())
             .collect();
         // Beside a dialog, what is dropped is what was to be chosen.
-        if let Some(entry) = self.state.path.as_ref().filter(|_| !paths.is_empty()) {
-            return out.push(Command::Chosen(entry.dialog, paths));
+        if let Some(entry) = self.state.path.as_mut().filter(|_| !paths.is_empty()) {
+            if entry.wanted != Wanted::NewFile {
+                return out.push(Command::Chosen(entry.dialog, paths));
+            }
+            // A file that is there is not replaced by a drop.
+            entry.begun = plain(&paths[0]);
+            entry.fills += 1;
+            entry.existing = None;
+            return;
         }
         let Some(paths) = self.dropped_parts(paths) else {
             return;
@@ -66,10 +75,7 @@ impl StudioApp {
 
     /// The command for a dropped folder, or a file that is no panorama.
     fn dropped_folder(&mut self, path: PathBuf) -> Option<Command> {
-        let path = match path.parent() {
-            Some(folder) if FILES.iter().any(|name| path.ends_with(name)) => folder.to_path_buf(),
-            _ => path,
-        };
+        let path = folder_of(path);
         if path.join("project.toml").exists() {
             return Some(Command::Project(ProjectCommand::Open(path)));
         }
@@ -91,11 +97,19 @@ impl StudioApp {
             });
         }
         self.status.refuse(format!(
-            "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif), a look (.look.json) nor the folder of a project \
-             (with its project.toml) or of a shoot (with its manifest.json)",
-            path.display()
+            "{} cannot be used. Drop a panorama (.exr, .hdr, .png, .jpg, .tif), a look (.look.json), or the folder of a \
+             project or a shoot",
+            shown(&path)
         ));
         None
+    }
+}
+
+/// The folder that a file of a project or a shoot stands for; what else it is.
+pub(super) fn folder_of(path: PathBuf) -> PathBuf {
+    match path.parent() {
+        Some(folder) if FILES.iter().any(|name| path.ends_with(name)) => folder.to_path_buf(),
+        _ => path,
     }
 }
 

@@ -35,9 +35,9 @@ impl StudioApp {
         self.library.mark(self.autosave.favourites());
         let list = &state.look.environments;
         let shown = list.get(state.look.environment).map(|one| &one.origin);
-        let compared = state.compare.environments();
+        let compared = state.compare.environments(state, &self.looks);
         let four = state.four.environments(state, &self.looks);
-        let used = shown.into_iter().chain(compared).cloned().chain(four);
+        let used = shown.into_iter().cloned().chain(compared).chain(four);
         let used: Vec<_> = used.collect();
         self.library.use_light(&used);
     }

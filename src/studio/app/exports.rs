@@ -1,12 +1,14 @@
 //! The queue of exports, and where the next one goes.
 
 use super::StudioApp;
+use super::closing::is_movie;
 use crate::command::{ExportCommand, JobCommand};
 use crate::destination_check::{DestinationCheck, DestinationQuery};
 use crate::environment_library::light_of;
 use crate::state::State;
-use export::Destination;
+use base::files::shown;
 use export::relight::RelightSettings;
+use export::{Destination, numbered_from};
 use farm::{ChunkSettings, Engine, FarmSettings};
 use handover::relight;
 use std::path::Path;
@@ -17,6 +19,16 @@ pub struct Exports {
     /// Those that wait, run or are finished.
     pub queue: Vec<Export>,
     pub destination: DestinationCheck,
+    /// Where those go whose files were not looked for yet.
+    ahead: Vec<Ahead>,
+}
+
+/// Where an export goes whose files may not be there yet.
+struct Ahead {
+    id: u64,
+    to: String,
+    /// First and last frame.
+    range: (usize, usize),
 }
 
 impl Exports {
@@ -24,16 +36,58 @@ impl Exports {
         Self {
             queue: Vec::new(),
             destination: DestinationCheck::new(wake),
+            ahead: Vec::new(),
         }
+    }
+
+    /// Takes in the queue as it is now.
+    pub fn receive(&mut self, queue: Vec<Export>) {
+        self.queue = queue;
+        self.destination.receive();
+        let finished = self.finished();
+        let is_looked_for =
+            (self.destination.found()).is_some_and(|f| f.query.finished == finished);
+        let unfinished = |id| {
+            let mut unfinished = self.queue.iter().filter(|e| e.status.sentence().is_none());
+            unfinished.any(|export| export.id == id)
+        };
+        (self.ahead).retain(|ahead| unfinished(ahead.id) || !is_looked_for);
+    }
+
+    /// Another project is opened: its queue is another.
+    pub fn clear(&mut self) {
+        self.queue.clear();
+        self.ahead.clear();
+    }
+
+    /// How many are finished.
+    fn finished(&self) -> usize {
+        let finished = self.queue.iter().filter(|e| e.status.sentence().is_some());
+        finished.count()
+    }
+
+    /// Where an export of frames `range` to `to` goes: a number is appended where files are there already, or will be once
+    /// the queue is written.
+    pub fn goes_to(&self, to: &str, range: (usize, usize)) -> String {
+        let found = self.destination.found();
+        let found = found.filter(|found| found.query.to == to && found.query.range == range);
+        let free = found.map_or(to, |found| &found.free);
+        let is_ahead = |to: &String| {
+            let meets = |other: (usize, usize)| other.0 <= range.1 && range.0 <= other.1;
+            let mut same = self.ahead.iter().filter(|ahead| ahead.to == *to);
+            same.any(|ahead| is_movie(to) || meets(ahead.range))
+        };
+        let mut names = numbered_from(to, free).filter(|name| !is_ahead(name));
+        names.next().unwrap_or_else(|| to.to_owned())
     }
 
     /// Looks for files of the next export of the project in `root`.
     pub fn ask(&mut self, state: &State, root: &Path) {
-        let finished = (self.queue.iter()).filter(|e| e.status.sentence().is_some());
+        let finished = self.finished();
         self.destination.ask(DestinationQuery {
             to: state.export_options.to(root),
-            range: state.export_options.range(state.frames),
-            finished: finished.count(),
+            range: state.range(),
+            finished,
         });
     }
 }
@@ -52,7 +106,7 @@ impl StudioApp {
             ExportCommand::Withdraw(id) => self.withdraw_export(id),
             ExportCommand::OpenFolder(folder) => {
                 if open::that_detached(&folder).is_err() {
-                    let folder = folder.display().to_string();
+                    let folder = shown(&folder);
                     let sentence = format!("Could not open the folder. Path copied: {folder}");
                     self.ctx.copy_text(folder);
                     self.status.refuse(sentence);
@@ -129,19 +183,15 @@ impl StudioApp {
             return;
         };
         let project = project.clone();
-        let name = |to: &str| {
-            let name = Path::new(to).file_name().unwrap_or_default();
-            name.display().to_string()
+        let frames = settings.frames.unwrap_or_default();
+        let name = move |to: &str| title(to, frames);
+        let to = match options.replaces() {
+            true => settings.files.to.clone(),
+            false => self.exports.goes_to(&settings.files.to, frames),
         };
-        // A number is appended where files are there already.
-        let taken = self.exports.destination.found();
-        let taken = taken.filter(|taken| {
-            taken.files > 0 && taken.query.to == settings.files.to && !options.replaces()
-        });
-        let to = taken.map_or(&settings.files.to, |taken| &taken.free);
-        worker.export(name(to), move |progress| {
+        let id = worker.export(name(&to), move |progress| {
             let report = relight(&project, &settings, progress)?;
-            let (first, last) = settings.frames.unwrap_or_default();
+            let (first, last) = frames;
             let file = Destination::parse(&report.output)?
                 .files(first, last)
                 .next();
@@ -152,19 +202,45 @@ impl StudioApp {
                 sentence: report.sentence(),
             })
         });
+        let range = frames;
+        self.exports.queue = worker.exports();
+        self.exports.ahead.push(Ahead { id, to, range });
     }
+}
 
-    /// Another project is opened: exports in the queue are not written any more, and the window says so.
-    pub(super) fn leave_exports(&mut self) {
-        let unfinished = |export: &Export| export.status.sentence().is_none();
-        let exports = self.exports.queue.drain(..).filter(unfinished);
-        let left: Vec<String> = exports.map(|export| export.name).collect();
-        if !left.is_empty() {
-            self.status.refuse(format!(
-                "These exports ended when another project was opened: {}. Finished stills are kept; add the exports \
-                 again",
-                left.join(", ")
-            ));
+/// What an export is called: its file, or its first and last still, such as `clay.0000–0007.png`.
+fn title(to: &str, (first, last): (usize, usize)) -> String {
+    let name = Path::new(to).file_name().unwrap_or_default();
+    let name = name.display().to_string();
+    let stills = name.split_once('%').and_then(|(before, rest)| {
+        let (digits, after) = rest.split_once('d')?;
+        let digits = digits.parse::<usize>().ok().filter(|&digits| digits < 20);
+        Some((before, digits.unwrap_or(1), after))
+    });
+    match stills {
+        None => name,
+        Some((before, digits, after)) if first == last => {
+            format!("{before}{first:0digits$}{after}")
         }
+        Some((before, digits, after)) => {
+            format!("{before}{first:0digits$}–{last:0digits$}{after}")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::title;
+
+    #[test]
+    fn stills_are_called_by_their_first_and_last() {
+        assert_eq!(
+            title("a/exports/clay.%04d.png", (0, 7)),
+            "clay.0000–0007.png"
+        );
+        assert_eq!(title("clay.%04d.exr", (3, 3)), "clay.0003.exr");
+        assert_eq!(title("clay_%d.png", (8, 12)), "clay_8–12.png");
+        assert_eq!(title("clay.mov", (0, 7)), "clay.mov");
+        assert_eq!(title("50 %.png", (0, 7)), "50 %.png");
     }
 }

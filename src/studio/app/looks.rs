@@ -52,6 +52,7 @@ impl StudioApp {
                     name: name.clone(),
                 };
                 self.state.four.rename(&id, &to);
+                self.state.compare.rename(&id, &to);
                 if let Some((current, _)) = &mut self.looks.current
                     && *current == id
                 {
@@ -227,8 +228,7 @@ impl StudioApp {
         if !name.is_empty() {
             let place = file.map_or(String::new(), |file| format!(", {file}"));
             self.status.refuse(format!(
-                "The look's environment \u{201c}{name}\u{201d}{place} is not here. All else of the look is shown; add the \
-                 environment and click the look again"
+                "Environment \u{201c}{name}\u{201d}{place} is missing. Add it and click the look again"
             ));
         }
     }

@@ -2,7 +2,8 @@
 
 use super::StudioApp;
 use crate::command::MachineCommand;
-use base::files::write_beside;
+use base::error::io_words;
+use base::files::{shown, write_beside};
 use benchmark::{DeviceSettings, MachineReport};
 use std::io::Write;
 use std::path::PathBuf;
@@ -50,7 +51,8 @@ impl StudioApp {
 
     fn measure_machine(&self, minutes: f64) -> Result<(), String> {
         let program = std::env::current_exe();
-        let program = program.map_err(|e| format!("this program is not found: {e}"))?;
+        let program =
+            program.map_err(|e| format!("This program is not found: {}", io_words(&e)))?;
         self.session.run(|_| Job::Device {
             program,
             settings: DeviceSettings {
@@ -72,7 +74,7 @@ impl StudioApp {
                 Ok(path)
             },
             |app, written| match written {
-                Ok(path) => app.status.say(format!("Saved as {}", path.display())),
+                Ok(path) => app.status.say(format!("Saved as {}", shown(&path))),
                 Err(e) => app.status.refuse(e.to_string()),
             },
         );

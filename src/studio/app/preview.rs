@@ -86,7 +86,7 @@ impl Preview {
         };
         let compared = match state.four.on {
             true => [None, None],
-            false => (state.compare).pictures(&state.look, |origin| library.environment(origin)),
+            false => (state.compare).pictures(state, stored, library.entries()),
         };
         let look = |slot| match FourPicture::of(slot, state, stored, library.entries()) {
             FourPicture::View(view) if state.four.on => Some(view),

@@ -4,10 +4,11 @@ use super::readers::Readers;
 use super::{StudioApp, title};
 use crate::command::{ProjectCommand, ViewCommand, WindowCommand};
 use crate::layout::{Pane, Workspace};
-use crate::state::State;
+use crate::state::{Leaving, State};
 use crate::status::Phase;
 use crate::wizard::{MAP, Plan};
 use base::error::{Error, Result};
+use base::files::shown;
 use color_config::ColorChoice;
 use egui::{Event, ViewportCommand};
 use footage::candidate::{Candidate, Slot};
@@ -20,10 +21,15 @@ use worker::{Blocked, Job, Worker};
 impl StudioApp {
     pub(super) fn apply_to_project(&mut self, command: ProjectCommand) {
         match command {
-            ProjectCommand::Open(folder) => self.open_folder(&folder),
+            ProjectCommand::Open(folder) => self.open_folder(&folder, false),
+            ProjectCommand::Leave => {
+                if let Some(leaving) = self.state.leaving.take() {
+                    self.open_folder(&leaving.folder, true);
+                }
+            }
             ProjectCommand::Reopen => {
                 if let Some(project) = &self.session.project {
-                    self.open_folder(&project.root.clone());
+                    self.open_folder(&project.root.clone(), false);
                 }
             }
             ProjectCommand::Forget(folder) => self.autosave.forget(&folder),
@@ -69,32 +75,37 @@ impl StudioApp {
                     project.locate(&folder)?;
                     Ok(project.root.clone())
                 };
-                self.change_project(locate, |app, root| app.open_folder(&root));
+                self.change_project(locate, |app, root| app.open_folder(&root, false));
             }
             ProjectCommand::Reframe(framing) => self.reframe(framing),
-            ProjectCommand::Thumbnails(pane, frames) => self.readers.footage.want(pane, frames),
+            ProjectCommand::Thumbnails(pane, all) => self.readers.footage.want(pane, all),
         }
     }
 
-    /// Opens the project in a folder, unless a job runs: it would be stopped.
-    fn open_folder(&mut self, folder: &Path) {
-        if let Err(sentence) = self.session.can_leave() {
-            return self.status.refuse(sentence);
-        }
+    /// Opens the project in a folder; asks first where work would end, unless that was `agreed`.
+    fn open_folder(&mut self, folder: &Path, agreed: bool) {
         let folder = folder.to_path_buf();
         self.errand(
             move || Project::open(&folder),
-            |app, opened| match opened.map_err(|e| e.to_string()) {
-                Ok(project) => app.leave_for(project),
+            move |app, opened| match opened.map_err(|e| e.to_string()) {
+                Ok(project) => app.leave_for(project, agreed),
                 Err(sentence) => app.status.refuse(sentence),
             },
         );
     }
 
-    /// Shows a project that was read, unless a job was begun meanwhile.
-    fn leave_for(&mut self, project: Project) {
-        if let Err(sentence) = self.session.can_leave() {
+    /// Shows a project that was read; asks first where work would end, unless that was `agreed`.
+    fn leave_for(&mut self, project: Project, agreed: bool) {
+        let is_open = self.project().is_some_and(|open| open.root == project.root);
+        if is_open && let Err(sentence) = self.session.can_leave() {
+            // It would read what the job is writing.
             return self.status.refuse(sentence);
+        }
+        let ends = self.would_end();
+        if !agreed && !ends.is_empty() {
+            let folder = project.root;
+            self.state.leaving = Some(Leaving { folder, ends });
+            return;
         }
         let title = title(Some(&project));
         self.ctx.send_viewport_cmd(ViewportCommand::Title(title));
@@ -104,13 +115,14 @@ impl StudioApp {
 
     /// Shows another project, with `worker` behind it.
     pub(super) fn open(&mut self, project: Project, worker: Worker) {
+        self.save_look();
         let gain = self.state.gain;
         self.state = State::of(&project);
         self.state.gain = gain;
         self.autosave.remember(&project.root);
         self.picker.opened();
         self.start(project.clone(), worker);
-        self.leave_exports();
+        self.exports.clear();
         let mine = self.session.read_only.is_none();
         let (list, complaints) = (self.library).open(&project, mine);
         self.state.look.environments = list;
@@ -159,11 +171,10 @@ impl StudioApp {
 
     /// Opens what a job has made, once the job is over.
     pub(super) fn open_made(&mut self) {
-        if self.status.job.is_none()
-            && self.session.can_leave().is_ok()
+        if self.session.can_leave().is_ok()
             && let Some(project) = self.picker.made.take()
         {
-            self.open_folder(&project);
+            self.open_folder(&project, false);
         }
     }
 
@@ -224,7 +235,7 @@ impl StudioApp {
         project.settings.color_config = config;
         let choice = ColorChoice::default().or_config(project.color_config());
         self.status.say(match choice.named() {
-            Some(named) => format!("The OpenColorIO configuration is {} now", named.display()),
+            Some(named) => format!("The OpenColorIO configuration is {} now", shown(&named)),
             None => {
                 self.state.show(ViewCommand::LookThrough(None));
                 self.state.export_options.ocio = ColorChoice::default();
@@ -248,7 +259,7 @@ impl StudioApp {
             if let Some(folder) = aside {
                 app.status.say(format!(
                     "The calibration and the network of the previous framing are in {}",
-                    folder.display()
+                    shown(&folder)
                 ));
             }
         });

@@ -5,7 +5,7 @@ use crate::calibration_analysis::CalibrationAnalysis;
 use crate::color_views::ColorViews;
 use crate::footage_reader::{FootageReader, FootageView};
 use crate::layout::Pane;
-use crate::light_aim::LightAim;
+use crate::light_aim::{AimQuestion, LightAim};
 use crate::matte_painting::MattePainting;
 use crate::network_review::NetworkReview;
 use crate::pixel_inspector::PixelInspector;
@@ -91,6 +91,17 @@ impl Readers {
         if let (Some(relit), Some(pixel)) = (relit, state.probed) {
             self.inspector
                 .ask(&relit.predicted, pixel, shown, wake.clone());
+        }
+        if let (Some(relit), Some(pixel)) = (relit, state.probed)
+            && (state.aims && !state.playing && shown.contains(&Pane::Picture))
+        {
+            let question = AimQuestion {
+                of: relit.predicted.clone(),
+                rig: relit.rig.clone(),
+                pixel: Some(pixel),
+                drag: 0,
+            };
+            self.aim.point(question, wake.clone());
         }
         match relit.filter(|_| state.shows_handles() && shown.contains(&Pane::Picture)) {
             // A frame that is merely played is not worth the work.

@@ -55,7 +55,26 @@ impl StudioApp {
         (self.session.writable()).and_then(|()| self.readers.review.mark(marked))
     }
 
-    /// Gives the chosen cell a verdict and leaves its note. Outside the map's pane, the cell has to be shown.
+    /// Whether undo and redo are about verdicts and notes: some were given, and a pane is active where that is done.
+    pub(super) fn judges(&self) -> bool {
+        matches!(self.state.active, Pane::Review | Pane::Lamps) && self.readers.review.has_history()
+    }
+
+    /// Undoes the last verdict or note, or gives it again.
+    pub(super) fn travel_marks(&mut self, back: bool) {
+        let done = self.session.writable();
+        if done.is_ok()
+            && let Some([case, lamp]) = self.readers.review.travel(back)
+        {
+            // It may be another cell than the chosen one.
+            let done = if back { "Undone" } else { "Redone" };
+            self.status
+                .say(format!("{done}: the mark of {case}, {lamp}"));
+        }
+        self.refuse_unless(done);
+    }
+
+    /// Gives the chosen cell a verdict, or takes it back if it has that one, and leaves its note. Outside the map's pane, the cell has to be shown.
     fn judge(&mut self, verdict: Mark) -> Result<(), String> {
         let cell = match self.state.active {
             Pane::Review => self.state.chosen,
@@ -70,7 +89,9 @@ impl StudioApp {
         };
         let marked = self.readers.review.marks.of(case, lamp);
         let note = marked.map_or("", |marked| &marked.note);
-        let marked = MarkedOlat::new(case, lamp, Some(verdict), note);
+        let given = marked.and_then(|marked| marked.mark);
+        let verdict = (given != Some(verdict)).then_some(verdict);
+        let marked = MarkedOlat::new(case, lamp, verdict, note);
         self.mark(marked)
     }
 

@@ -63,15 +63,14 @@ impl Session {
         said(self.worker.as_ref().map_or(Ok(()), Worker::idle))
     }
 
-    /// Whether another project can take the place of this one: that would stop the running job.
+    /// Whether no job runs, which another project would stop.
     ///
     /// # Errors
     /// Which job runs, and how to stop it.
     pub fn can_leave(&self) -> Result<(), String> {
         match self.worker.as_ref().and_then(Worker::running_job) {
             Some(job) => Err(format!(
-                "Opening a project would stop the running job: {job}. Wait until it ends, or stop it first: Stop beside its \
-                 progress, or \"Stop the job\" in the list of commands"
+                "A job is running: {job}. Wait until it ends, or stop it first"
             )),
             None => Ok(()),
         }

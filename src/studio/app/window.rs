@@ -1,9 +1,10 @@
 //! How the window is arranged, and what covers it.
 
 use super::StudioApp;
-use crate::command::{AimCommand, ViewCommand, WindowCommand};
-use crate::layout::Pane;
+use crate::command::{AimCommand, LookCommand, ViewCommand, WindowCommand};
+use crate::layout::{Pane, Workspace};
 use crate::state::{State, View};
+use base::files::shown;
 use egui::ViewportCommand;
 
 impl StudioApp {
@@ -15,6 +16,9 @@ impl StudioApp {
                 state.workspace = workspace;
                 state.active = workspace.first();
                 state.view = View::FITTED;
+                if workspace != Workspace::Review {
+                    state.show(ViewCommand::Cell(None));
+                }
             }
             WindowCommand::ShowPane(pane) => {
                 state.active = pane;
@@ -29,6 +33,7 @@ impl StudioApp {
             WindowCommand::ResetLayout => {
                 self.autosave.edit_layout(|layout| layout.reset(workspace));
             }
+            WindowCommand::Fold(heading, folded) => self.autosave.fold(heading, folded),
             WindowCommand::FocusPane => self.view.focus(state.active),
             WindowCommand::TogglePanels => state.panels = !state.panels,
             WindowCommand::ToggleFullScreen => self.fill_screen(!self.state.full_screen),
@@ -36,8 +41,10 @@ impl StudioApp {
             WindowCommand::TogglePalette => state.palette = !state.palette,
             WindowCommand::ToggleMachine => state.machine = !state.machine,
             WindowCommand::ActualSize => self.show_actual_size(),
-            WindowCommand::Dismiss if !state.closing.is_empty() => state.closing.clear(),
-            WindowCommand::Dismiss if state.path.is_some() => state.path = None,
+            WindowCommand::Dismiss if !state.closing.is_empty() || state.leaving.is_some() => {
+                self.keep_open();
+            }
+            WindowCommand::Dismiss if state.path.is_some() => leave_path(state),
             WindowCommand::Dismiss if state.palette => state.palette = false,
             WindowCommand::Dismiss if state.keys => state.keys = false,
             WindowCommand::Dismiss if state.machine => state.machine = false,
@@ -46,7 +53,10 @@ impl StudioApp {
                 state.four.on = false;
             }
             WindowCommand::Dismiss
-                if self.status.refusal.is_none() && state.aims && state.cell.is_none() =>
+                if self.status.refusal.is_none()
+                    && state.aims
+                    && state.cell.is_none()
+                    && state.solo.is_empty() =>
             {
                 self.apply_to_aim(AimCommand::Toggle);
             }
@@ -54,9 +64,36 @@ impl StudioApp {
             WindowCommand::Dismiss | WindowCommand::DismissRefusal => self.status.refusal = None,
             WindowCommand::Close => self.ctx.send_viewport_cmd(ViewportCommand::Close),
             WindowCommand::ClosePath => state.path = None,
-            WindowCommand::KeepOpen => state.closing.clear(),
+            WindowCommand::KeepOpen => self.keep_open(),
+            WindowCommand::KeepName => leave_path(state),
+            WindowCommand::TellSaved => self.tell_saved(),
             WindowCommand::DismissMessage => self.status.message = None,
             WindowCommand::ClearLog => self.status.log.clear(),
+        }
+    }
+
+    /// Closes the question before a close or before another project: the work goes on.
+    fn keep_open(&mut self) {
+        if !self.state.closing.is_empty() {
+            self.state.closing.clear();
+        } else if let Some(leaving) = self.state.leaving.take() {
+            let folder = shown(&leaving.folder);
+            self.status.say(format!("Not opened: {folder}"));
+        }
+    }
+
+    /// Says whether all is saved, for those who save by key.
+    fn tell_saved(&mut self) {
+        if self.session.project.is_none() {
+            return self.status.refuse("Open a project first".to_owned());
+        }
+        match (&self.session.read_only, self.autosave.unsaved()) {
+            (Some(why), _) => self.status.refuse(format!("Nothing is saved: {why}")),
+            (None, Some(why)) => self.status.refuse(format!("Not saved: {why}")),
+            (None, None) => {
+                let said = "Everything is saved as you work, with undo";
+                self.status.say(said.to_owned());
+            }
         }
     }
 
@@ -88,7 +125,15 @@ impl StudioApp {
     }
 }
 
-/// Leaves what is looked at closely: one picture of a cell, the cell, a region, lamps alone, or a light; the first of these that applies.
+/// Closes the question whether to replace a file, or else the field for a path.
+fn leave_path(state: &mut State) {
+    let asked = (state.path.as_mut()).and_then(|entry| entry.existing.take());
+    if asked.is_none() {
+        state.path = None;
+    }
+}
+
+/// Leaves what is looked at closely: one picture of a cell, the cell, a region, lamps alone, lights alone, or a light; the first of these that applies.
 fn leave(state: &mut State) {
     if state.cell.is_some() && state.enlarged.is_some() {
         state.enlarged = None;
@@ -98,6 +143,9 @@ fn leave(state: &mut State) {
         state.region = None;
     } else if !state.solo.is_empty() {
         state.solo.clear();
+    } else if state.look.lighting.is_solo() {
+        let lighting = state.look.lighting.clone().without_solo();
+        state.change(LookCommand::Lighting(Box::new(lighting)));
     } else {
         state.show(ViewCommand::ChooseLight(None));
     }

@@ -1,12 +1,13 @@
 //! The table of keys.
 
 use crate::command::Command::{
-    Aim, Calibration, Environments, Export, Job, Look, Looks, Matte, Review, Training, View, Window,
+    Aim, Calibration, Environments, Export, Job, Lights, Look, Looks, Matte, Project, Review,
+    Timeline, Training, View, Window,
 };
 use crate::command::{
-    AimCommand, CalibrationCommand, Command, EnvironmentsCommand, ExportCommand, JobCommand,
-    LookCommand, LooksCommand, MatteCommand, ReviewCommand, TrainingCommand, ViewCommand,
-    WindowCommand,
+    AimCommand, CalibrationCommand, Command, Dialog, EnvironmentsCommand, ExportCommand,
+    JobCommand, LightsCommand, LookCommand, LooksCommand, MatteCommand, ProjectCommand,
+    ReviewCommand, TimelineCommand, TrainingCommand, ViewCommand, WindowCommand,
 };
 use crate::layout::{Pane, Workspace};
 use egui::{Key, KeyboardShortcut, Modifiers};
@@ -77,6 +78,17 @@ const PREVIOUS_ENVIRONMENT: Command = Environments(EnvironmentsCommand::Step(-1)
 const NEXT_WORST: Command = Review(ReviewCommand::NextWorst);
 const TRAIN: Command = Training(TrainingCommand::Start { fresh: false });
 
+pub const SHOW_ALL: Command = Timeline(TimelineCommand::ShowAll);
+const SELECT_ALL: Command = Timeline(TimelineCommand::SelectAll);
+
+const fn step_key(keys: isize) -> Command {
+    Timeline(TimelineCommand::StepKey(keys))
+}
+
+const fn nudge(frames: isize) -> Command {
+    Timeline(TimelineCommand::Nudge(frames))
+}
+
 const PROBE: Pane = Pane::Probe;
 const GAMMA: Pane = Pane::Gamma;
 const TRAINING: Pane = Pane::Training;
@@ -84,12 +96,20 @@ const FOOTAGE: Pane = Pane::Footage;
 const REVIEW: Pane = Pane::Review;
 const LAMPS: Pane = Pane::Lamps;
 const ENVIRONMENTS: Pane = Pane::Environments;
+const TIMELINE: Pane = Pane::Timeline;
 pub const EXPORT: Pane = Pane::Export;
 
 const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
 const SHIFT: Modifiers = Modifiers::SHIFT;
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
+
+const NEW: Command = Project(ProjectCommand::New(None));
+const OPEN: Command = Command::Dialog(Dialog::Project);
+const SAVED: Command = Window(WindowCommand::TellSaved);
+
+/// What can be asked for while a text is typed.
+pub const OF_PROJECTS: [Command; 3] = [NEW, OPEN, SAVED];
 
 /// Bindings with more modifiers come first: egui takes Alt+→ for → otherwise. Then those of one pane come
 /// before those of all.
@@ -100,8 +120,13 @@ pub const BINDINGS: &[Binding] = &[
     on(CTRL, Key::Num3, workspace(Workspace::Relight), "Relight workspace"),
     on(CTRL, Key::Num4, workspace(Workspace::Review), "Review workspace"),
     on(CTRL, Key::Num5, workspace(Workspace::Export), "Export workspace"),
+    on(CTRL, Key::N, NEW, "New project…"),
+    on(CTRL, Key::O, OPEN, "Open project…"),
+    on(CTRL, Key::S, SAVED, "Is everything saved?"),
     on(Modifiers::ALT, Key::ArrowRight, NEXT_ENVIRONMENT, "Next environment"),
     on(Modifiers::ALT, Key::ArrowLeft, PREVIOUS_ENVIRONMENT, "Previous environment"),
+    on(CTRL, Key::ArrowRight, step_key(1), "Next key"),
+    on(CTRL, Key::ArrowLeft, step_key(-1), "Previous key"),
 
     within(PROBE, SHIFT, Key::ArrowRight, nudge_circle(0.1, 0.0, 0.0), "Circle 0.1 px right"),
     within(PROBE, SHIFT, Key::ArrowLeft, nudge_circle(-0.1, 0.0, 0.0), "Circle 0.1 px left"),
@@ -144,7 +169,7 @@ pub const BINDINGS: &[Binding] = &[
     within(EXPORT, CTRL, Key::Enter, Export(ExportCommand::Add), "Add the export to the queue"),
     within(EXPORT, NONE, Key::Tab, Window(WindowCommand::FocusPane), "Step through the controls; Esc leaves them"),
 
-    within(FOOTAGE, NONE, Key::M, Matte(MatteCommand::ToggleTool), "Paint the matte, or frame"),
+    within(FOOTAGE, NONE, Key::M, Matte(MatteCommand::ToggleTool), "Paint the matte or frame it"),
     within(FOOTAGE, NONE, Key::X, Matte(MatteCommand::SwapSide), "Brush: keep or remove"),
     within(FOOTAGE, NONE, Key::OpenBracket, Matte(MatteCommand::StepRadius(-1)), "Smaller brush"),
     within(FOOTAGE, NONE, Key::CloseBracket, Matte(MatteCommand::StepRadius(1)), "Larger brush"),
@@ -164,24 +189,30 @@ pub const BINDINGS: &[Binding] = &[
     within(ENVIRONMENTS, NONE, Key::ArrowDown, NEXT_ENVIRONMENT, "Next environment"),
     within(ENVIRONMENTS, NONE, Key::S, FAVOURITE, "Add to favourites or remove"),
 
+    within(TIMELINE, SHIFT, Key::ArrowRight, nudge(1), "Move the selected keys a frame later"),
+    within(TIMELINE, SHIFT, Key::ArrowLeft, nudge(-1), "Move the selected keys a frame earlier"),
+    within(TIMELINE, CTRL, Key::A, SELECT_ALL, "Select all keys"),
+    within(TIMELINE, NONE, Key::F, SHOW_ALL, "Show all frames"),
+
     on(NONE, Key::Space, View(ViewCommand::TogglePlay), "Play or stop"),
     on(CTRL, Key::L, View(ViewCommand::ToggleLoop), "Loop between in and out"),
+    on(CTRL, Key::D, Lights(LightsCommand::Duplicate), "Duplicate light"),
     on(NONE, Key::I, View(ViewCommand::MarkIn), "Set the in point"),
     on(NONE, Key::O, View(ViewCommand::MarkOut), "Set the out point"),
     on(NONE, Key::ArrowRight, View(ViewCommand::StepFrame(1)), "Next frame"),
     on(NONE, Key::ArrowLeft, View(ViewCommand::StepFrame(-1)), "Previous frame"),
     on(NONE, Key::Home, View(ViewCommand::Frame(0)), "First frame"),
     on(NONE, Key::End, View(ViewCommand::LastFrame), "Last frame"),
-    on(SHIFT, Key::E, View(ViewCommand::StepViewing(-0.5)), "Viewing half a stop darker"),
-    on(NONE, Key::E, View(ViewCommand::StepViewing(0.5)), "Viewing half a stop brighter"),
-    on(SHIFT, Key::K, toggle_key(Setting::Intensity), "Set or remove an intensity keyframe"),
-    on(NONE, Key::K, toggle_key(Setting::Yaw), "Set or remove a yaw keyframe"),
+    on(SHIFT, Key::E, View(ViewCommand::StepViewing(-0.5)), "View half a stop darker"),
+    on(NONE, Key::E, View(ViewCommand::StepViewing(0.5)), "View half a stop brighter"),
+    on(SHIFT, Key::K, toggle_key(Setting::Intensity), "Set or remove an intensity key"),
+    on(NONE, Key::K, toggle_key(Setting::Yaw), "Set or remove a yaw key"),
     on(CTRL_SHIFT, Key::P, Window(WindowCommand::TogglePalette), "Find a command"),
     on(NONE, Key::P, Job(JobCommand::Pause), "Pause or resume the job"),
     on(NONE, Key::F, View(ViewCommand::Fit), "Fit the picture"),
     on(NONE, Key::Num1, Window(WindowCommand::ActualSize), "Zoom to 100 %"),
     on(NONE, Key::Num4, Looks(LooksCommand::ToggleFour), "Compare four looks"),
-    on(CTRL, Key::R, View(ViewCommand::ResetView), "Reset zoom and viewing"),
+    on(CTRL, Key::R, View(ViewCommand::ResetView), "Reset zoom and view"),
     on(CTRL_SHIFT, Key::Z, Look(LookCommand::Redo), "Redo"),
     on(CTRL, Key::Z, Look(LookCommand::Undo), "Undo"),
     on(NONE, Key::Tab, Window(WindowCommand::TogglePanels), "Show or hide the panels"),

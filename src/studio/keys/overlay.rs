@@ -14,7 +14,13 @@ const GESTURES: &[(&str, &str)] = &[
     ("Ctrl+Shift+drag", "Average a region; a click ends it"),
     ("Double-click a number", "Reset it"),
     ("Arrows on a light's dot", "Move it; Shift: by 10°"),
-    ("Delete on a keyframe", "Remove it"),
+    ("Delete on a key or light", "Remove it"),
+    ("Double-click a lane", "Set a key there"),
+    (
+        "Ctrl+wheel on the timeline",
+        "Zoom; wheel, middle-drag: move",
+    ),
+    ("F over the timeline", "Show all frames"),
     ("Shift", "Finer drags; peek at the other picture"),
 ];
 

@@ -40,7 +40,7 @@ impl Group {
             Setting::Intensity | Setting::Temperature | Setting::Tint => Self::Grade,
             Setting::Exposure => Self::Picture,
             Setting::Effect(_) => Self::Effects,
-            Setting::Light(..) => Self::Lights,
+            Setting::Light(..) | Setting::Group(_) => Self::Lights,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Settings with keyframes: their value follows the keys, and changing the value sets a key at the current frame.
 
-use super::LookSettings;
+use super::{LookSettings, within_a_turn};
 use light::keyframes::Keyframes;
 use scene::{Animated, LightSetting, Setting};
 
@@ -79,6 +79,32 @@ impl LookSettings {
         }
     }
 
+    /// Brings the angles that have no keys within a turn: only keys can lead around several times.
+    pub(crate) fn unwind(&mut self) {
+        let lights = self.lighting.placed.iter();
+        let lights = lights.map(|light| Setting::Light(light.id, LightSetting::Yaw));
+        let all = [
+            Setting::Yaw,
+            Setting::Pitch,
+            Setting::Roll,
+            Setting::BackgroundYaw,
+        ];
+        let mut all: Vec<Setting> = all.into_iter().chain(lights).collect();
+        all.retain(|of| !self.is_keyed(*of));
+        for of in all {
+            let mut settings = Animated {
+                yaw_deg: &mut self.yaw_deg,
+                exposure_stops: &mut self.exposure_stops,
+                lighting: &mut self.lighting,
+                effects: &mut self.effects,
+            };
+            let place = of.place(&mut settings);
+            if let Some(degrees) = place.filter(|degrees| degrees.is_finite()) {
+                *degrees = within_a_turn(*degrees);
+            }
+        }
+    }
+
     /// Sets a key at a frame, or removes the one that is there.
     pub(crate) fn toggle_key(&mut self, of: Setting, frame: usize) {
         match self.key_at(of, frame) {
@@ -86,6 +112,7 @@ impl LookSettings {
                 let mut keys = self.keys(of).clone();
                 keys.remove(index);
                 self.animation.set(of, keys);
+                self.unwind();
             }
             None => {
                 if let Some(value) = self.value(of) {
@@ -102,6 +129,7 @@ impl LookSettings {
                 self.animation.set(of, keys);
             }
         }
+        self.unwind();
     }
 }
 
@@ -307,6 +335,31 @@ mod tests {
     }
 
     #[test]
+    fn an_angle_without_keys_stays_within_a_turn() {
+        let mut s = State::new(11, 24.0);
+        let added = lights(&s, |lights| lights.push(PlacedLight::default()));
+        at(&mut s, 0, added);
+        let azimuth = Setting::Light(1, LightSetting::Yaw);
+        for of in [Setting::Yaw, Setting::Pitch, azimuth] {
+            let far = "0:442".parse().unwrap();
+            at(&mut s, 0, LookCommand::Keys(vec![(of, far)]));
+            assert_eq!(s.look.value(of), Some(442.0));
+        }
+        at(&mut s, 0, LookCommand::ToggleKey(Setting::Yaw));
+        let none = vec![
+            (Setting::Pitch, Keyframes::NONE),
+            (azimuth, Keyframes::NONE),
+        ];
+        at(&mut s, 0, LookCommand::Keys(none));
+        for of in [Setting::Yaw, Setting::Pitch, azimuth] {
+            assert_eq!(s.look.value(of), Some(82.0), "{of:?}");
+        }
+        let typed = lights(&s, |lights| lights[0].yaw_deg = 190.0);
+        at(&mut s, 0, typed);
+        assert_eq!(s.look.value(azimuth), Some(-170.0));
+    }
+
+    #[test]
     fn a_light_that_is_dragged_over_the_seam_goes_on_turning() {
         let mut s = State::new(11, 24.0);
         let added = lights(&s, |lights| {
@@ -329,21 +382,24 @@ mod tests {
     #[test]
     fn a_light_that_is_aimed_by_the_face_gets_keys_if_it_is_animated() {
         let mut s = State::new(11, 24.0);
-        let aimed = |direction| {
+        let aimed = |frame, direction| {
             LookCommand::Aim(AimedLight {
                 drag: 1,
-                frame: 0,
+                frame,
                 pixel: [2, 2],
                 direction,
             })
         };
         s.begin_aim(None);
-        s.change(aimed(Vec3::NEG_X));
+        s.change(aimed(0, Vec3::NEG_X));
         let of = Setting::Light(1, LightSetting::Yaw);
         s.look.toggle_key(of, 0);
         s.show(ViewCommand::Frame(10));
-        // Its drag goes on.
-        s.change(aimed(Vec3::Z));
+        // Its drag goes on, and the clip beyond it: the key is where the light was seen.
+        let seen = aimed(10, Vec3::Z);
+        s.show(ViewCommand::Frame(5));
+        s.change(seen);
+        s.show(ViewCommand::Frame(10));
         let keys: Vec<f64> = s.look.keys(of).keys().iter().map(|k| k.value).collect();
         assert_eq!(keys, [-90.0, -180.0], "the shorter way around");
         assert_eq!(s.look.lighting.placed[0].yaw_deg, -180.0);

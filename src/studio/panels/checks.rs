@@ -21,7 +21,7 @@ impl ChecksPanel {
                 return;
             }
             None => {
-                ui.label(quiet("Looking at the project"));
+                ui.label(quiet("Checking the project"));
                 return;
             }
         };
@@ -52,7 +52,7 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
             ui.spacing_mut().interact_size.y = 17.0;
             ui.horizontal(|ui| {
                 dot_ui(ui, check.level);
-                ui.label(RichText::new(check.level.word()).color(color(check.level)));
+                ui.label(RichText::new(verdict(check.level)).color(color(check.level)));
             });
         });
         ui.vertical(|ui| {
@@ -74,6 +74,16 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
             }
         });
     });
+}
+
+/// What the window calls a level: a colour's name would be a lie to who does not see it.
+pub fn verdict(level: Level) -> &'static str {
+    match level {
+        Level::Good => "Good",
+        Level::Doubtful => "Doubtful",
+        Level::Bad => "Bad",
+        Level::Unknown => "Not known",
+    }
 }
 
 /// A disc in the level's colour; its word always stands beside it.

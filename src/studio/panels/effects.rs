@@ -12,14 +12,16 @@ use worker::PreviewPicture;
 
 /// Width of the switch in points.
 const SWITCH: f32 = 64.0;
+/// Letters of a reason that stands in the line: `off`, `cached`, `off by hand`.
+const WORD: usize = 11;
 /// Height of a line that has a switch.
 const LINE: f32 = 20.0;
 
 /// What a pass can be told to do, with what the switch says and what that means.
 const CHOICES: [(Option<bool>, &str, &str); 3] = [
-    (None, "auto", "Run if the scene calls for it"),
-    (Some(true), "on", "Always run"),
-    (Some(false), "off", "Never run"),
+    (None, "Auto", "Automatic"),
+    (Some(true), "On", "Always on"),
+    (Some(false), "Off", "Always off"),
 ];
 
 /// The passes under each heading.
@@ -84,6 +86,7 @@ impl EffectsPanel {
                 name,
                 changed: forced != effects.forced,
                 reset: Command::Look(LookCommand::Effects(Effects { forced, ..*effects })),
+                folded: context.folded.contains(name),
             };
             heading.ui(
                 ui,
@@ -91,7 +94,7 @@ impl EffectsPanel {
                 |ui, _| {
                     let count = format!("{ran} of {}", passes.len());
                     ui.label(RichText::new(count).size(12.0).color(theme::QUIET))
-                        .on_hover_text("How many ran for this picture");
+                        .on_hover_text("How many of them this picture has");
                 },
                 |ui, out| {
                     for (pass, report) in reports {
@@ -121,15 +124,15 @@ fn times_ui(ui: &mut Ui, relit: &PreviewPicture) {
 fn forced_ui(ui: &mut Ui, effects: &Effects, out: &mut Vec<Command>) {
     let says = match effects.forced.count() {
         0 => return,
-        1 => "1 pass is forced".to_owned(),
-        more => format!("{more} passes are forced"),
+        1 => "1 effect set by hand".to_owned(),
+        more => format!("{more} effects set by hand"),
     };
     ui.horizontal(|ui| {
-        ui.label(RichText::new(says).size(13.0).color(theme::ACCENT));
+        ui.label(RichText::new(says).size(13.0).color(theme::DOUBTFUL));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui
-                .button(RichText::new("All auto").size(13.0))
-                .on_hover_text("Every effect runs only if the scene calls for it")
+                .button(RichText::new("All automatic").size(13.0))
+                .on_hover_text("Each effect runs if the picture needs it")
                 .clicked()
             {
                 out.push(Command::Look(LookCommand::Effects(Effects {
@@ -154,27 +157,31 @@ fn pass_ui(
     } else {
         theme::QUIET
     };
+    // A word stands in the line; a sentence below it.
+    let word = (!report.ran && report.reason.len() <= WORD).then_some(&report.reason);
     ui.horizontal(|ui| {
         ui.set_min_height(LINE);
-        ui.label(RichText::new(&report.name).size(13.0).color(color));
+        ui.label(RichText::new(pass.label()).size(13.0).color(color));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             match &report.fixed {
                 None => switch_ui(ui, pass, effects, out),
                 Some(why) => {
-                    let fixed = Label::new(RichText::new("fixed").size(12.0).color(theme::QUIET));
+                    let fixed = Label::new(RichText::new("Auto").size(12.0).color(theme::QUIET));
                     ui.add_sized(vec2(SWITCH, LINE), fixed.sense(Sense::hover()))
-                        .on_hover_text(format!("It cannot be forced: {why}"));
+                        .on_hover_text(format!("Always automatic: {why}"));
                 }
             }
             let time = match report.ms {
-                _ if !report.ran => "skipped".to_owned(),
+                _ if !report.ran => word.map_or("skipped", String::as_str).to_owned(),
                 Some(ms) => format!("{ms:.2} ms"),
                 None => "not timed".to_owned(),
             };
             ui.label(RichText::new(time).size(13.0).color(color));
         });
     });
-    ui.label(RichText::new(&report.reason).size(12.0).color(theme::QUIET));
+    if word.is_none() {
+        ui.label(RichText::new(&report.reason).size(12.0).color(theme::QUIET));
+    }
     ui.add_space(GAP / 2.0);
 }
 
@@ -187,7 +194,7 @@ fn switch_ui(ui: &mut Ui, pass: Pass, effects: &Effects, out: &mut Vec<Command>)
         .unwrap_or(0)];
     let color = match now {
         None => theme::QUIET,
-        Some(_) => theme::ACCENT,
+        Some(_) => theme::DOUBTFUL,
     };
     let list = ComboBox::from_id_salt(pass)
         .selected_text(RichText::new(says).size(12.0).color(color))
@@ -202,7 +209,7 @@ fn switch_ui(ui: &mut Ui, pass: Pass, effects: &Effects, out: &mut Vec<Command>)
                 }
             }
         });
-    let name = format!("Force {}", pass.name());
+    let name = format!("{} by hand", pass.label());
     (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, &name));
     list.response.on_hover_text(means);
 }

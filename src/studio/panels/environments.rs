@@ -1,6 +1,6 @@
 //! The list of environments: favourites, the shoot's, the built-in ones, and those a person added, by folders.
 
-use crate::command::{Command, Dialog, EnvironmentsCommand, LookCommand};
+use crate::command::{Command, Dialog, EnvironmentsCommand, LookCommand, WindowCommand};
 use crate::environment_groups::{self, EnvironmentGroup};
 use crate::environment_library::{EnvironmentEntry, PanoramaState};
 use crate::environment_list::Owner;
@@ -11,16 +11,14 @@ use egui::{
     Button, Color32, Event, Key, Mesh, Pos2, Rect, Response, RichText, Sense, Shape, TextEdit, Ui,
     Vec2, pos2, vec2,
 };
-use std::collections::BTreeSet;
 
 /// Side of the button that removes an entry, and of a star, in points.
 const REMOVE: f32 = 20.0;
 const STAR: f32 = 20.0;
 
-/// What is folded, and what the panel has to bring into sight.
+/// What the panel has to bring into sight.
 #[derive(Default)]
 pub struct EnvironmentsPanel {
-    folded: BTreeSet<String>,
     /// The entry that lit the subject when the panel was drawn last.
     last: Option<usize>,
     /// Whether the search field gets the focus.
@@ -70,10 +68,17 @@ impl EnvironmentsPanel {
                 for group in &groups {
                     // What is searched for, or was chosen by a key, is not hidden.
                     let searched = !context.state.search.trim().is_empty();
-                    if is_new && group.entries.contains(&shown) {
-                        self.folded.remove(&group.title);
+                    let heading = format!("environments/{}", group.title);
+                    let folded = context.folded.contains(&heading);
+                    let unfolds = folded && is_new && group.entries.contains(&shown);
+                    let hides = folded && !unfolds && !searched;
+                    if heading_ui(ui, group, hides) || unfolds {
+                        out.push(Command::Window(WindowCommand::Fold(
+                            heading,
+                            !hides && !unfolds,
+                        )));
                     }
-                    if self.heading_ui(ui, group, searched) {
+                    if hides {
                         continue;
                     }
                     for &i in &group.entries {
@@ -165,32 +170,25 @@ impl EnvironmentsPanel {
             }
         }
     }
+}
 
-    /// The heading of a group; returns whether the group is folded.
-    fn heading_ui(&mut self, ui: &mut Ui, group: &EnvironmentGroup, searched: bool) -> bool {
-        let folded = !searched && self.folded.contains(&group.title);
-        let arrow = if folded { icons::NEXT } else { icons::DOWN };
-        let arrow = RichText::new(arrow).size(12.0).color(theme::QUIET);
-        let words = format!("{} ({})", group.title, group.entries.len());
-        let words = RichText::new(words).size(12.0).color(theme::QUIET);
-        let heading = Button::new((arrow, words))
-            .frame_when_inactive(false)
-            .truncate()
-            .min_size(vec2(0.0, 20.0));
-        ui.spacing_mut().button_padding = vec2(2.0, 1.0);
-        let response = ui.add(heading);
-        response.widget_info(|| {
-            let name = format!("Environments: {}", group.title);
-            egui::WidgetInfo::selected(egui::Role::DisclosureTriangle, true, !folded, name)
-        });
-        if response.clicked() {
-            match folded {
-                true => self.folded.remove(&group.title),
-                false => self.folded.insert(group.title.clone()),
-            };
-        }
-        folded
-    }
+/// The heading of a group; returns whether it was clicked.
+fn heading_ui(ui: &mut Ui, group: &EnvironmentGroup, folded: bool) -> bool {
+    let arrow = if folded { icons::NEXT } else { icons::DOWN };
+    let arrow = RichText::new(arrow).size(12.0).color(theme::QUIET);
+    let words = format!("{} ({})", group.title, group.entries.len());
+    let words = RichText::new(words).size(12.0).color(theme::QUIET);
+    let heading = Button::new((arrow, words))
+        .frame_when_inactive(false)
+        .truncate()
+        .min_size(vec2(0.0, 20.0));
+    ui.spacing_mut().button_padding = vec2(2.0, 1.0);
+    let response = ui.add(heading);
+    response.widget_info(|| {
+        let name = format!("Environments: {}", group.title);
+        egui::WidgetInfo::selected(egui::Role::DisclosureTriangle, true, !folded, name)
+    });
+    response.clicked()
 }
 
 /// One environment of the list.
@@ -204,8 +202,8 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         return response;
     }
     let fill = match (chosen, response.hovered()) {
-        (true, _) => Color32::from_gray(68),
-        (false, true) => Color32::from_gray(52),
+        (true, _) => theme::ROW_CHOSEN,
+        (false, true) => theme::ROW_HOVERED,
         (false, false) => theme::PANEL,
     };
     ui.painter().rect_filled(rect, 3.0, fill);
@@ -226,11 +224,11 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         rect.max - vec2(if removable { REMOVE } else { GAP }, 0.0),
     );
     let state = match &entry.panorama {
-        PanoramaState::Waiting => Some(["", "reading"]),
-        PanoramaState::Failed(_) => Some([icons::WARNING, "unreadable"]),
-        PanoramaState::Done { .. } if entry.listed.asks() => Some([icons::FRONT, "front?"]),
+        PanoramaState::Waiting => Some(["", "Reading"]),
+        PanoramaState::Failed(_) => Some([icons::WARNING, "Unreadable"]),
+        PanoramaState::Done { .. } if entry.listed.asks() => Some([icons::FRONT, "Front?"]),
         PanoramaState::Done { panorama, .. } if !panorama.notes.is_empty() => {
-            Some(["", "see notes"])
+            Some(["", "See notes"])
         }
         // Tells two of the same name apart.
         PanoramaState::Done { .. } => (entry.listed)
@@ -261,7 +259,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
     }
     match &entry.panorama {
         PanoramaState::Failed(sentence) => {
-            response.on_hover_text(format!("{sentence}\nA click reads it again"))
+            response.on_hover_text(format!("{sentence}\nClick to try again"))
         }
         PanoramaState::Done { panorama, .. } => {
             let (width, height) = panorama.size;

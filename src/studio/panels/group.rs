@@ -1,11 +1,11 @@
 //! Rows under a heading that folds. It says whether anything in it was changed, and resets it.
 
-use crate::command::{Command, LookCommand};
+use crate::command::{Command, LookCommand, WindowCommand};
 use crate::icons;
 use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::theme;
-use egui::{Align, Button, Id, Layout, Response, RichText, Role, Sense, Ui, WidgetInfo, vec2};
+use egui::{Align, Button, Layout, Response, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
 /// Height of a heading in points, and radius of the dot that says "changed".
 const HEIGHT: f32 = 26.0;
@@ -18,6 +18,8 @@ pub struct Heading {
     pub changed: bool,
     /// What gives all of it its defaults.
     pub reset: Command,
+    /// What stands under it is hidden.
+    pub folded: bool,
 }
 
 impl Heading {
@@ -27,11 +29,11 @@ impl Heading {
             name: group.name(),
             changed: context.state.look.is_changed(group),
             reset: Command::Look(LookCommand::Reset(group)),
+            folded: context.folded.contains(group.name()),
         }
     }
 
-    /// Draws the heading and, unless it is folded, what stands under it. `beside` draws buttons at its right end. What is
-    /// folded stays so while the window is open.
+    /// Draws the heading and, unless it is folded, what stands under it. `beside` draws buttons at its right end.
     pub fn ui(
         self,
         ui: &mut Ui,
@@ -39,8 +41,7 @@ impl Heading {
         beside: impl FnOnce(&mut Ui, &mut Vec<Command>),
         rows: impl FnOnce(&mut Ui, &mut Vec<Command>),
     ) {
-        let id = Id::unique(("folded", self.name));
-        let folded = ui.data(|data| data.get_temp::<bool>(id)).unwrap_or(false);
+        let Self { name, folded, .. } = self;
         let line = ui.visuals().widgets.noninteractive.bg_stroke;
         let place = ui.available_rect_before_wrap();
         ui.painter().hline(place.x_range(), place.top(), line);
@@ -48,15 +49,16 @@ impl Heading {
             ui.set_min_height(HEIGHT);
             // The arrow stands almost above the rows' names.
             ui.spacing_mut().button_padding.x = 4.0;
-            if fold_ui(ui, self.name, folded).clicked() {
-                ui.data_mut(|data| data.insert_temp(id, !folded));
+            if fold_ui(ui, name, folded).clicked() {
+                let fold = WindowCommand::Fold(name.to_owned(), !folded);
+                out.push(Command::Window(fold));
             }
             if self.changed {
-                dot_ui(ui, self.name);
+                dot_ui(ui, name);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 beside(ui, out);
-                if self.changed && reset_ui(ui, self.name).clicked() {
+                if self.changed && reset_ui(ui, name).clicked() {
                     out.push(self.reset);
                 }
             });

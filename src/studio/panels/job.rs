@@ -1,9 +1,10 @@
-//! The running job in the status line, and its message over the window when it ends: nothing moves as jobs come and go.
+//! The running job in the status line, and notices over the window: nothing moves as they come and go.
 
 use crate::command::{Command, JobCommand, WindowCommand};
 use crate::icons;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
+use crate::panels::refusal_ui;
 use crate::status::RunningJob;
 use crate::theme::{self, GAP};
 use egui::{
@@ -17,8 +18,9 @@ use worker::ExportStatus;
 const BUTTON_WIDTH: f32 = 100.0;
 const SHARE_WIDTH: f32 = 110.0;
 const LEFT_WIDTH: f32 = 118.0;
-/// Width of a message's text.
+/// Width of a message's text, and of a notice that is longer.
 const MESSAGE_WIDTH: f32 = 360.0;
+const NOTICE_WIDTH: f32 = 480.0;
 /// Height of the line's contents.
 const HEIGHT: f32 = 24.0;
 
@@ -27,48 +29,69 @@ const HEIGHT: f32 = 24.0;
 pub struct JobPanel;
 
 impl JobPanel {
-    /// Whether a line of its own is needed: something must be put right before the job goes on.
-    pub fn is_held(context: &PanelContext) -> bool {
-        let held = (context.status.job.as_ref()).is_some_and(|job| job.held.is_some());
-        held && !Self::is_elsewhere(context)
-    }
-
-    /// The job for the status line, if there is one.
+    /// The job for the status line, if there is one that is not shown elsewhere: in the viewport while there are no relit pictures,
+    /// in the export queue, or in a pane of its own.
     pub fn in_line<'a>(context: &PanelContext<'a>) -> Option<&'a RunningJob> {
+        let mut exports = context.exports.iter();
+        let queue = context.shown.contains(&Pane::Export)
+            && exports.any(|export| export.status == ExportStatus::Running);
         let job = context.status.job.as_ref();
-        job.filter(|job| job.held.is_none() && !Self::is_elsewhere(context))
+        job.filter(|_| !is_in_viewport(context) && !queue && !context.job_has_pane())
     }
 
-    /// Whether job and message are shown elsewhere: in the viewport while there are no relit pictures, in the export queue, or
-    /// in a pane of its own.
-    fn is_elsewhere(context: &PanelContext) -> bool {
-        let viewport = context.shown.contains(&Pane::Picture) && !context.is_live();
-        let said = context.status.message.as_deref();
-        let line = context.shown.contains(&Pane::Export)
-            && context.exports.iter().any(|export| match &export.status {
-                ExportStatus::Waiting => false,
-                ExportStatus::Running => true,
-                over => context.status.job.is_none() && over.sentence() == said,
+    /// Over a corner of the window, so that nothing moves: why something could not be done, what a job waits for and, if `whole`,
+    /// the last message; each unless a pane shows it.
+    pub fn notices_ui(
+        &mut self,
+        ui: &Ui,
+        context: &PanelContext,
+        whole: bool,
+        out: &mut Vec<Command>,
+    ) {
+        let status = context.status;
+        let refusal = (status.refusal.as_ref()).filter(|_| !context.refusal_has_pane());
+        let job = status.job.as_ref().filter(|_| !context.job_has_pane());
+        let held = job.and_then(|job| job.held.as_ref());
+        let said = (status.message.as_ref()).filter(|said| whole && !is_said(context, said));
+        if refusal.is_none() && held.is_none() && said.is_none() {
+            return;
+        }
+        let area = Area::new(Id::unique("message")).order(Order::Foreground);
+        let corner = vec2(-1.5 * GAP, -30.0 - GAP);
+        area.anchor(Align2::RIGHT_BOTTOM, corner)
+            .show(ui.ctx(), |ui| {
+                if let Some(refusal) = refusal {
+                    notice_ui(ui, |ui| {
+                        ui.set_width(NOTICE_WIDTH);
+                        refusal_ui(ui, refusal, out);
+                    });
+                }
+                if let Some(held) = held {
+                    notice_ui(ui, |ui| {
+                        ui.set_width(NOTICE_WIDTH);
+                        let icon = RichText::new(icons::WARNING).size(16.0);
+                        ui.label(icon.color(theme::WARNING));
+                        ui.add(Label::new(RichText::new(held).color(theme::WARNING)).wrap());
+                    });
+                }
+                if let Some(said) = said {
+                    notice_ui(ui, |ui| message_ui(ui, said, out));
+                }
             });
-        viewport || line || context.job_has_pane()
     }
+}
 
-    /// The line of a job that waits for a person.
-    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        if let Some(job) = &context.status.job {
-            let said = context.status.message.as_deref();
-            ui.horizontal(|ui| job_ui(ui, job, said, out));
-        }
-    }
+/// Whether the viewport shows job and message: while there are no relit pictures.
+fn is_in_viewport(context: &PanelContext) -> bool {
+    context.shown.contains(&Pane::Picture) && !context.is_live()
+}
 
-    /// The last message, over a corner of the window.
-    pub fn message_ui(&mut self, ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        if let (None, Some(said)) = (&context.status.job, &context.status.message)
-            && !Self::is_elsewhere(context)
-        {
-            message_ui(ui, said, out);
-        }
-    }
+/// Whether a pane shows the last message: the viewport, or the export queue beside the export that is over.
+fn is_said(context: &PanelContext, said: &str) -> bool {
+    let mut exports = context.exports.iter();
+    let queue = context.shown.contains(&Pane::Export)
+        && exports.any(|export| export.status.sentence() == Some(said));
+    is_in_viewport(context) || queue
 }
 
 /// A job in a line: its name, its progress, what it does, the time left, and its buttons.
@@ -86,10 +109,9 @@ pub fn job_ui(ui: &mut Ui, job: &RunningJob, said: Option<&str>, out: &mut Vec<C
             },
         );
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-            let note = match &job.held {
-                Some(held) => held,
-                None if job.note.is_empty() => job.stage,
-                None => &job.note,
+            let note = match job.held.is_some() || job.note.is_empty() {
+                true => job.stage,
+                false => &job.note,
             };
             let note = Label::new(RichText::new(note).color(theme::QUIET)).truncate();
             let response = ui.add(note);
@@ -115,8 +137,13 @@ fn share_ui(ui: &mut Ui, job: &RunningJob) {
     ui.painter().rect_filled(bar, 2.0, theme::WELL);
     ui.painter().rect_filled(done, 2.0, fill);
     let font = egui::FontId::proportional(13.0);
-    ui.painter()
-        .text(bar.center(), Align2::CENTER_CENTER, text, font, theme::TEXT);
+    ui.painter().text(
+        bar.center(),
+        Align2::CENTER_CENTER,
+        text,
+        font,
+        Color32::WHITE,
+    );
     response.on_hover_text(job.stage);
 }
 
@@ -134,10 +161,7 @@ fn stop_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     let name = if job.stopping { "Stopping" } else { "Stop" };
     let stop = Button::new((icons::STOP, name)).min_size(size);
     if icons::named_ui(ui, !job.stopping, stop, name)
-        .on_hover_text(
-            "Stops after the current step. Finished work is kept: training can resume from its \
-             checkpoint.",
-        )
+        .on_hover_text("Stops after this step. Finished work is kept.")
         .clicked()
     {
         out.push(Command::Job(JobCommand::Stop));
@@ -157,40 +181,28 @@ fn pause_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     let (icon, name) = pause_name(job);
     let pause = Button::new((icon, name)).min_size(size);
     if icons::named_ui(ui, !job.stopping, pause, name)
-        .on_hover_text(
-            "Pauses after the current step, so that the picture has the processor to itself. Training saves \
-             its checkpoint first. Key: P",
-        )
+        .on_hover_text("Pauses after this step; training saves first. Key: P")
         .clicked()
     {
         out.push(Command::Job(JobCommand::Pause));
     }
 }
 
-/// The last job's message in full.
-fn message_ui(ui: &Ui, said: &str, out: &mut Vec<Command>) {
-    let area = Area::new(Id::unique("message")).order(Order::Foreground);
-    let corner = vec2(-1.5 * GAP, -30.0 - GAP);
-    let shown = area
-        .anchor(Align2::RIGHT_BOTTOM, corner)
-        .show(ui.ctx(), |ui| {
-            let frame = Frame::popup(ui.style()).inner_margin(GAP);
-            frame
-                .show(ui, |ui| {
-                    ui.horizontal_top(|ui| {
-                        let down = Layout::top_down(Align::Min);
-                        ui.allocate_ui_with_layout(vec2(MESSAGE_WIDTH, HEIGHT), down, |ui| {
-                            ui.set_max_width(MESSAGE_WIDTH);
-                            ui.add_space(3.0);
-                            ui.label(said);
-                        });
-                        ui.button("Close").clicked()
-                    })
-                    .inner
-                })
-                .inner
-        });
-    if shown.inner {
+/// A notice in a frame of its own.
+fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
+    let frame = Frame::popup(ui.style()).inner_margin(GAP);
+    frame.show(ui, |ui| ui.horizontal_top(contents));
+}
+
+/// The last message in full.
+fn message_ui(ui: &mut Ui, said: &str, out: &mut Vec<Command>) {
+    let down = Layout::top_down(Align::Min);
+    ui.allocate_ui_with_layout(vec2(MESSAGE_WIDTH, HEIGHT), down, |ui| {
+        ui.set_max_width(MESSAGE_WIDTH);
+        ui.add_space(3.0);
+        ui.label(said);
+    });
+    if ui.button("Close").clicked() {
         out.push(Command::Window(WindowCommand::DismissMessage));
     }
 }

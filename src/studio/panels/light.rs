@@ -5,13 +5,13 @@ use super::diamond::{animated_ui, beside_ui};
 use super::front;
 use super::group::Heading;
 use super::lights::{self, relit};
-use super::numbers::computing;
+use super::numbers::turning;
 use super::panorama::Preview;
 use super::rows::{BESIDE, Row, choice_ui, grid};
 use crate::command::{Command, LookCommand};
 use crate::environment_library::EnvironmentEntry;
 use crate::environment_list::ListedEnvironment;
-use crate::look::Group;
+use crate::look::{Group, within_a_turn};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Align, Grid, Layout, RichText, Ui};
@@ -143,13 +143,8 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
             ui.end_row();
         }
         let mut yaw = look.yaw_deg;
-        let field = computing(&mut yaw)
-            .speed(0.5)
-            .fixed_decimals(1)
-            .suffix("°");
-        // With keys it may go around several times; the bar then shows where it stands.
-        let around = 180.0 - (180.0 - look.yaw_deg).rem_euclid(360.0);
-        let field = (field, around, &(-180.0..=180.0));
+        let around = within_a_turn(look.yaw_deg);
+        let field = (turning(&mut yaw), around, &(-180.0..=180.0));
         let field = bar_ui(ui, "Yaw", field, BESIDE, out, || {
             Command::Look(LookCommand::Yaw(0.0))
         });
@@ -165,13 +160,13 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
             ui.end_row();
         }
         let kinds = [
-            (Weighting::Fit, "best fit"),
-            (Weighting::Smooth, "smooth"),
-            (Weighting::Cells, "cells"),
+            (Weighting::Fit, "Best"),
+            (Weighting::Smooth, "Smooth"),
+            (Weighting::Cells, "Cells"),
         ];
         let mut weighting = look.lighting.weighting;
-        choice_ui(ui, "Lamp weights", &kinds, &mut weighting).on_hover_text(
-            "How the environment is split among the lamps. Best fit looks most like the environment, in dim light too; under a small sun, cells can come closer, but they jump as it turns.",
+        choice_ui(ui, "Fit", &kinds, &mut weighting).on_hover_text(
+            "How lamps stand for the environment. Best is nearest; Cells can be sharper under a small sun, but jump as it turns.",
         );
         if weighting != look.lighting.weighting {
             out.push(relit(Lighting {

@@ -4,21 +4,26 @@ use super::bar_ui;
 use super::diamond::{self, beside_ui};
 use super::numbers::computing;
 use super::rows::{BESIDE, Row, choice_ui, grid};
-use crate::command::{AimCommand, Command, LookCommand, ViewCommand};
+use crate::command::{AimCommand, Command, LightsCommand, LookCommand, ViewCommand, WindowCommand};
 use crate::icons;
+use crate::layout::Pane;
+use crate::look::MOST_LETTERS;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Button, Id, Layout, Rect, Response, RichText, Role, TextEdit, Ui, WidgetInfo, pos2, vec2,
+    Align, Button, Event, Id, Key, Layout, Modifiers, Rect, Response, RichText, Role, TextEdit, Ui,
+    WidgetInfo, pos2, vec2,
 };
 use light::{LightGroup, Lighting, PlacedLight, placed, white};
 use scene::{LightSetting, Setting};
 use std::ops::RangeInclusive;
 
-/// Letters of a name, at the most.
-const MOST_LETTERS: usize = 40;
-/// What is left free of a line behind a name: the colour and the button that removes.
-const BEHIND_NAME: f32 = 92.0;
+/// What is left free of a line behind a name: the colour, and the buttons that duplicate and remove.
+const BEHIND_NAME: f32 = 112.0;
+/// Width of a light's colour.
+const SWATCH: f32 = 30.0;
+/// What is left free of a group's line behind its name: the button that removes.
+const BEHIND_GROUP: f32 = 38.0;
 
 const ROWS: [Row<PlacedLight>; 3] = [
     Row::degrees(
@@ -52,7 +57,6 @@ struct Edit {
     lighting: Lighting,
     chosen: Option<usize>,
     removed: Option<usize>,
-    removed_group: Option<usize>,
 }
 
 /// The buttons that place a light by the face, and that add one.
@@ -62,11 +66,7 @@ pub fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .on_hover_text(hint)
         .clicked()
     {
-        let mut lighting = context.state.look.lighting.clone();
-        let chosen = Some(lighting.placed.len());
-        lighting.placed.push(lighting.another_light());
-        out.push(relit(lighting));
-        out.push(Command::View(ViewCommand::ChooseLight(chosen)));
+        out.push(Command::Lights(LightsCommand::Add));
     }
     let aims = context.state.aims;
     let hint = "Light by the face: click where a light should fall, and drag to move it. Key: H";
@@ -78,15 +78,16 @@ pub fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 /// All lights: those without a group, then each group with its own.
 pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let lighting = &context.state.look.lighting;
-    if let Some(sentence) = solo_sentence(lighting) {
-        ui.label(RichText::new(sentence).color(theme::ACCENT));
+    if let Some(names) = solo_names(lighting) {
+        ui.label(RichText::new(format!("Solo: {names}")).color(theme::ACCENT));
     }
     let mut edit = Edit {
         lighting: lighting.clone(),
         chosen: context.state.chosen_light(),
         removed: None,
-        removed_group: None,
     };
+    // What is done by name or to one light: it comes after what is changed here.
+    let mut after = Vec::new();
     let of_group = |lighting: &Lighting, group: Option<&str>| -> Vec<usize> {
         let lights = lighting.placed.iter().enumerate();
         let inside =
@@ -94,13 +95,15 @@ pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         inside.map(|(i, _)| i).collect()
     };
     for i in of_group(lighting, None) {
-        light_ui(ui, context, i, &mut edit, out);
+        light_ui(ui, context, i, &mut edit, (out, &mut after));
     }
     for (g, group) in lighting.groups.iter().enumerate() {
-        group_ui(ui, g, &mut edit, out);
+        if group_ui(ui, context, g, &mut edit, (out, &mut after)) {
+            continue;
+        }
         ui.indent(("lights of group", g), |ui| {
             for i in of_group(lighting, Some(&group.name)) {
-                light_ui(ui, context, i, &mut edit, out);
+                light_ui(ui, context, i, &mut edit, (out, &mut after));
             }
         });
     }
@@ -112,16 +115,41 @@ pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             other => other,
         };
     }
-    if let Some(removed) = edit.removed_group {
-        let group = edit.lighting.groups.remove(removed);
-        regroup(&mut edit.lighting, &group.name, "");
-    }
     if edit.lighting != *lighting {
         out.push(relit(edit.lighting));
     }
     if edit.chosen != context.state.chosen_light() {
         out.push(Command::View(ViewCommand::ChooseLight(edit.chosen)));
     }
+    out.append(&mut after);
+    press_ui(ui, context, context.state.active == Pane::Light, out);
+}
+
+/// Copies, pastes and removes the chosen light if the keyboard `is_ours`.
+pub(super) fn press_ui(ui: &Ui, context: &PanelContext, is_ours: bool, out: &mut Vec<Command>) {
+    if !is_ours || ui.ctx().text_edit_focused() {
+        return;
+    }
+    let has_chosen = context.state.chosen_light().is_some();
+    let mut add = |does| out.push(Command::Lights(does));
+    ui.input_mut(|input| {
+        input.events.retain(|event| {
+            match event {
+                Event::Copy if has_chosen => add(LightsCommand::Copy),
+                Event::Cut if has_chosen => {
+                    add(LightsCommand::Copy);
+                    add(LightsCommand::Remove);
+                }
+                Event::Paste(text) => add(LightsCommand::Paste(text.clone())),
+                _ => return true,
+            }
+            false
+        });
+        let mut pressed = |key| input.consume_key(Modifiers::NONE, key);
+        if has_chosen && (pressed(Key::Delete) || pressed(Key::Backspace)) {
+            add(LightsCommand::Remove);
+        }
+    });
 }
 
 /// The command that sets the light's settings.
@@ -129,16 +157,13 @@ pub(super) fn relit(lighting: Lighting) -> Command {
     Command::Look(LookCommand::Lighting(Box::new(lighting)))
 }
 
-/// Which lights light the subject alone, if some do.
-fn solo_sentence(lighting: &Lighting) -> Option<String> {
+/// The names of the lights that light the subject alone, if some do.
+pub(super) fn solo_names(lighting: &Lighting) -> Option<String> {
     let names = lighting.solo_titles();
     let (last, others) = names.split_last()?;
     Some(match others {
-        [] => format!("Solo: only {last} lights the subject"),
-        _ => format!(
-            "Solo: only {} and {last} light the subject",
-            others.join(", ")
-        ),
+        [] => last.clone(),
+        _ => format!("{} and {last}", others.join(", ")),
     })
 }
 
@@ -161,29 +186,46 @@ fn mute_and_solo_ui(ui: &mut Ui, title: &str, what: &str, muted: &mut bool, solo
     if toggle_ui(ui, *muted, icon, &format!("Mute {title}"), &hint).clicked() {
         *muted = !*muted;
     }
-    let hint = "Only solo lights light the subject, without the environment; in exports too";
+    let hint = "Only solo lights shine, in exports too";
     if toggle_ui(ui, *solo, icons::SOLO, &format!("Solo {title}"), hint).clicked() {
         *solo = !*solo;
     }
 }
 
-/// The button that removes something.
-fn remove_ui(ui: &mut Ui, name: &str) -> bool {
-    let button = Button::new(RichText::new(icons::REMOVE).size(14.0)).min_size(vec2(26.0, 22.0));
-    icons::named_ui(ui, true, button, name)
-        .on_hover_text(name)
-        .clicked()
+/// The arrow that shows what stands under a line, or folds it.
+fn arrow_ui(ui: &mut Ui, is_open: bool, name: &str, what: &str) -> Response {
+    let (arrow, hint) = match is_open {
+        true => (icons::DOWN, format!("Hide {what}")),
+        false => (icons::NEXT, format!("Show {what}")),
+    };
+    let arrow = Button::new(RichText::new(arrow).size(12.0).color(theme::QUIET));
+    let arrow = arrow.frame_when_inactive(false).min_size(vec2(18.0, 22.0));
+    let response = ui.add(arrow);
+    response.widget_info(|| WidgetInfo::selected(Role::DisclosureTriangle, true, is_open, name));
+    response.on_hover_text(hint)
 }
 
-/// A field for a name. Returns what was typed once the field is left.
-fn name_ui(ui: &mut Ui, id: Id, now: &str, hint: &str, name: &str) -> (Response, Option<String>) {
+/// A small button that shows an icon.
+fn icon_ui(ui: &mut Ui, icon: &str, name: &str) -> Response {
+    let button = Button::new(RichText::new(icon).size(14.0)).min_size(vec2(26.0, 22.0));
+    icons::named_ui(ui, true, button, name).on_hover_text(name)
+}
+
+/// A field for a name, with points left free behind it. Returns what was typed once the field is left.
+fn name_ui(
+    ui: &mut Ui,
+    (id, behind): (Id, f32),
+    now: &str,
+    hint: &str,
+    name: &str,
+) -> (Response, Option<String>) {
     let typed: Option<String> = ui.data(|data| data.get_temp(id));
     let mut text = typed.clone().unwrap_or_else(|| now.to_owned());
     let field = TextEdit::singleline(&mut text)
         .id(id)
         .hint_text(RichText::new(hint).color(theme::TEXT))
         .char_limit(MOST_LETTERS)
-        .desired_width((ui.available_width() - BEHIND_NAME).max(40.0));
+        .desired_width((ui.available_width() - behind).max(40.0));
     let response = ui.add(field);
     response.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, name));
     if response.has_focus() {
@@ -201,12 +243,12 @@ fn light_ui(
     context: &PanelContext,
     index: usize,
     edit: &mut Edit,
-    out: &mut Vec<Command>,
+    (out, after): (&mut Vec<Command>, &mut Vec<Command>),
 ) {
     let is_chosen = edit.chosen == Some(index);
     let top = ui.cursor().top();
     ui.push_id(("light", index), |ui| {
-        line_ui(ui, index, is_chosen, edit);
+        line_ui(ui, index, is_chosen, edit, after);
         if is_chosen {
             settings_ui(ui, context, index, edit, out);
         }
@@ -219,22 +261,13 @@ fn light_ui(
     }
 }
 
-fn line_ui(ui: &mut Ui, index: usize, is_chosen: bool, edit: &mut Edit) {
+fn line_ui(ui: &mut Ui, index: usize, is_chosen: bool, edit: &mut Edit, after: &mut Vec<Command>) {
     let light = &mut edit.lighting.placed[index];
     let title = light.title(index);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        let (arrow, hint) = match is_chosen {
-            true => (icons::DOWN, "Hide its settings"),
-            false => (icons::NEXT, "Show its settings"),
-        };
-        let arrow = Button::new(RichText::new(arrow).size(12.0).color(theme::QUIET));
-        let arrow = arrow.frame_when_inactive(false).min_size(vec2(18.0, 22.0));
         let name = format!("Settings of {title}");
-        if icons::named_ui(ui, true, arrow, &name)
-            .on_hover_text(hint)
-            .clicked()
-        {
+        if arrow_ui(ui, is_chosen, &name, "its settings").clicked() {
             edit.chosen = (!is_chosen).then_some(index);
         }
         let mut muted = !light.enabled;
@@ -242,7 +275,7 @@ fn line_ui(ui: &mut Ui, index: usize, is_chosen: bool, edit: &mut Edit) {
         light.enabled = !muted;
         let id = Id::unique(("light name", index));
         let (hint, name) = (format!("Light {}", index + 1), format!("Name of {title}"));
-        let (field, typed) = name_ui(ui, id, &light.name, &hint, &name);
+        let (field, typed) = name_ui(ui, (id, BEHIND_NAME), &light.name, &hint, &name);
         if field.gained_focus() {
             edit.chosen = Some(index);
         }
@@ -250,9 +283,14 @@ fn line_ui(ui: &mut Ui, index: usize, is_chosen: bool, edit: &mut Edit) {
             light.name = typed;
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if remove_ui(ui, &format!("Remove light {}", index + 1)) {
+            if icon_ui(ui, icons::REMOVE, &format!("Remove light {}", index + 1)).clicked() {
                 edit.removed = Some(index);
             }
+            if icon_ui(ui, icons::COPY, &format!("Duplicate light {}", index + 1)).clicked() {
+                after.push(Command::View(ViewCommand::ChooseLight(Some(index))));
+                after.push(Command::Lights(LightsCommand::Duplicate));
+            }
+            ui.spacing_mut().interact_size.x = SWATCH;
             // The button rounds the colour that it shows.
             let mut color = light.color;
             let swatch = ui.color_edit_button_rgb(&mut color);
@@ -286,14 +324,14 @@ fn settings_ui(
     };
     grid("light settings").show(ui, |ui| {
         let kinds = [
-            (placed::Kind::Area, "box"),
-            (placed::Kind::Disc, "disc"),
-            (placed::Kind::Point, "point"),
+            (placed::Kind::Area, "Box"),
+            (placed::Kind::Disc, "Disc"),
+            (placed::Kind::Point, "Point"),
         ];
         let light = &mut edit.lighting.placed[index];
         choice_ui(ui, "Kind", &kinds, &mut light.kind);
         ui.end_row();
-        group_choice_ui(ui, index, &mut edit.lighting);
+        group_choice_ui(ui, index, &mut edit.lighting, out);
         ui.end_row();
         let light = &mut edit.lighting.placed[index];
         let stops = light.gain_stops().max(*Lighting::STOPS.start());
@@ -366,7 +404,7 @@ fn bar(
 }
 
 /// The group of a light: one that is there, none, or a new one.
-fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting) {
+fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting, out: &mut Vec<Command>) {
     let new = lighting.groups.len();
     let names: Vec<String> = lighting
         .groups
@@ -375,18 +413,20 @@ fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting) {
         .collect();
     let light = &mut lighting.placed[index];
     let now = names.iter().position(|name| *name == light.group);
-    let mut all = vec![(None, "none")];
+    let mut all = vec![(None, "None")];
     all.extend(names.iter().enumerate().map(|(g, name)| (Some(g), &**name)));
-    all.push((Some(new), "new group"));
+    all.push((Some(new), "New group"));
     let mut wanted = now;
     choice_ui(ui, "Group", &all, &mut wanted)
-        .on_hover_text("Lights of a group are muted, shown alone and turned up together");
+        .on_hover_text("Mute, solo and gain act on the whole group");
     match wanted {
         _ if wanted == now => {}
         None => light.group = String::new(),
         Some(group) => {
             light.group = names.get(group).cloned().unwrap_or_else(|| {
                 let name = free_name(&names);
+                // One of this name may have been folded.
+                out.push(fold(&name, false));
                 lighting.groups.push(LightGroup {
                     name: name.clone(),
                     ..LightGroup::default()
@@ -404,33 +444,58 @@ fn free_name(names: &[String]) -> String {
     free.next().unwrap_or_default()
 }
 
-/// A group's line: its name, what mutes it and shows it alone, and its gain.
-fn group_ui(ui: &mut Ui, index: usize, edit: &mut Edit, out: &mut Vec<Command>) {
+/// Folds a group of lights, or unfolds it.
+fn fold(group: &str, folded: bool) -> Command {
+    Command::Window(WindowCommand::Fold(heading(group), folded))
+}
+
+/// What the fold of a group of lights is kept by.
+fn heading(group: &str) -> String {
+    format!("lights/{group}")
+}
+
+/// A group's line: its name, what mutes it and shows it alone, and its gain. Returns whether it is folded.
+fn group_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    index: usize,
+    edit: &mut Edit,
+    (out, after): (&mut Vec<Command>, &mut Vec<Command>),
+) -> bool {
     let before = edit.lighting.clone();
-    let names: Vec<String> = before
-        .groups
-        .iter()
-        .map(|group| group.name.clone())
-        .collect();
-    let title = &names[index];
+    let group = &mut edit.lighting.groups[index];
+    let title = before.groups[index].name.as_str();
+    let folded = context.folded.contains(&heading(title));
     ui.push_id(("group", index), |ui| {
-        let group = &mut edit.lighting.groups[index];
-        let removed = &mut edit.removed_group;
-        let mut renamed = None;
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
+            let (name, what) = (format!("{title} group"), "the lights of the group");
+            if arrow_ui(ui, !folded, &name, what).clicked() {
+                out.push(fold(title, !folded));
+            }
             ui.label(RichText::new(icons::FOLDER).color(theme::QUIET));
             let what = "all lights of the group";
             mute_and_solo_ui(ui, title, what, &mut group.muted, &mut group.solo);
             let id = Id::unique(("group name", index));
             let name = format!("Name of {title}");
-            renamed = name_ui(ui, id, title, "", &name).1;
+            let renamed = name_ui(ui, (id, BEHIND_GROUP), title, "", &name).1;
+            if let Some(name) = renamed.filter(|name| !name.is_empty() && name != title) {
+                let is_free = before.groups.iter().all(|group| group.name != name);
+                if folded && is_free {
+                    after.push(fold(&name, true));
+                }
+                after.push(Command::Lights(LightsCommand::RenameGroup(index, name)));
+            }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if remove_ui(ui, &format!("Remove {title}; its lights stay")) {
-                    *removed = Some(index);
+                let name = format!("Remove {title}; its lights stay");
+                if icon_ui(ui, icons::REMOVE, &name).clicked() {
+                    after.push(Command::Lights(LightsCommand::RemoveGroup(index)));
                 }
             });
         });
+        if folded {
+            return;
+        }
         let reset = || {
             let mut lighting = before.clone();
             lighting.groups[index].gain_stops = 0.0;
@@ -438,25 +503,15 @@ fn group_ui(ui: &mut Ui, index: usize, edit: &mut Edit, out: &mut Vec<Command>) 
         };
         grid("group").show(ui, |ui| {
             let (name, now) = (format!("Gain of {title}"), group.gain_stops);
-            if let (_, Some(gain)) = bar(ui, &name, (now, Lighting::STOPS), STOPS, out, reset) {
+            let (field, gain) = bar(ui, &name, (now, Lighting::STOPS), STOPS, out, reset);
+            if let Some(gain) = gain {
                 group.gain_stops = gain;
             }
+            beside_ui(ui, context, Setting::Group(group.id), field, out);
             ui.end_row();
         });
-        if let Some(name) = renamed.filter(|name| !name.is_empty() && !names.contains(name)) {
-            regroup(&mut edit.lighting, title, &name);
-            edit.lighting.groups[index].name = name;
-        }
     });
-}
-
-/// Brings the lights of one group into another, or into none.
-fn regroup(lighting: &mut Lighting, from: &str, to: &str) {
-    let inside = lighting
-        .placed
-        .iter_mut()
-        .filter(|light| light.group == from);
-    inside.for_each(|light| to.clone_into(&mut light.group));
+    folded
 }
 
 #[cfg(test)]
@@ -464,19 +519,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_new_group_has_a_name_of_its_own_and_lights_stay_without_theirs() {
+    fn a_new_group_has_a_name_of_its_own() {
         let names = ["Group 1", "Left", "Group 2"].map(str::to_owned);
         assert_eq!(free_name(&names), "Group 3");
-        let light = |group: &str| PlacedLight {
-            group: group.to_owned(),
-            ..PlacedLight::default()
-        };
-        let mut lighting = Lighting {
-            placed: vec![light("Left"), light(""), light("Left")],
-            ..Lighting::default()
-        };
-        regroup(&mut lighting, "Left", "Rim");
-        let groups: Vec<&str> = lighting.placed.iter().map(|l| &*l.group).collect();
-        assert_eq!(groups, ["Rim", "", "Rim"]);
     }
 }

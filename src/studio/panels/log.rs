@@ -5,9 +5,13 @@ use crate::command::{Command, WindowCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::hard_cases::hard_cases_ui;
-use crate::status::Severity;
+use crate::status::{LogLine, Severity};
 use crate::theme;
-use egui::{RichText, ScrollArea, Ui};
+use egui::{Align, Layout, RichText, ScrollArea, Ui};
+use std::collections::VecDeque;
+
+/// Width in points of the buttons.
+const BUTTONS: f32 = 104.0;
 
 #[derive(Default)]
 pub struct LogPanel {
@@ -18,50 +22,68 @@ pub struct LogPanel {
 impl LogPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let lines = &context.status.log;
-        ui.horizontal(|ui| {
-            if ui.button("Hard cases…").clicked() {
-                self.hard_cases = true;
-            }
-            if lines.is_empty() {
-                return;
-            }
-            if icons::worded_ui(ui, icons::COPY, "Copy all").clicked() {
-                let text: Vec<String> = lines.iter().map(ToString::to_string).collect();
-                ui.ctx().copy_text(text.join("\n"));
-            }
-            if ui.button("Clear").clicked() {
-                out.push(Command::Window(WindowCommand::ClearLog));
-            }
+        let right = Layout::right_to_left(Align::Min);
+        ui.with_layout(right, |ui| {
+            // Beside the lines, of which more are seen so.
+            ui.vertical(|ui| self.buttons_ui(ui, lines, out));
+            let left = Layout::top_down(Align::Min);
+            ui.with_layout(left, |ui| lines_ui(ui, lines));
         });
         egui::Window::new("Hard cases and how they are handled")
             .open(&mut self.hard_cases)
             .collapsible(false)
             .default_size([680.0, 420.0])
             .show(ui.ctx(), hard_cases_ui);
+    }
+
+    fn buttons_ui(&mut self, ui: &mut Ui, lines: &VecDeque<LogLine>, out: &mut Vec<Command>) {
+        ui.set_width(BUTTONS);
+        ui.spacing_mut().item_spacing.y = 2.0;
+        if ui.button("Hard cases…").clicked() {
+            self.hard_cases = true;
+        }
         if lines.is_empty() {
-            ui.label(RichText::new("No messages yet").color(theme::QUIET));
             return;
         }
-        ScrollArea::vertical()
-            .auto_shrink(false)
-            .stick_to_bottom(true)
-            .show(ui, |ui| {
-                for line in lines {
-                    let (color, icon) = match line.severity {
-                        Severity::Info => (theme::TEXT, ""),
-                        Severity::Error => (theme::WARNING, icons::WARNING),
-                    };
-                    ui.horizontal_top(|ui| {
-                        let quiet = RichText::new(&line.time).monospace().size(12.0);
-                        ui.label(quiet.color(theme::QUIET));
-                        let place = egui::vec2(14.0, 16.0);
-                        let icon = RichText::new(icon).size(14.0).color(color);
-                        ui.add_sized(place, egui::Label::new(icon));
-                        let sentence = RichText::new(&line.sentence).size(13.0).color(color);
-                        // Part of a sentence can be copied too.
-                        ui.add(egui::Label::new(sentence).wrap().selectable(true));
-                    });
-                }
-            });
+        if icons::worded_ui(ui, icons::COPY, "Copy all").clicked() {
+            let text: Vec<String> = lines.iter().map(ToString::to_string).collect();
+            ui.ctx().copy_text(text.join("\n"));
+        }
+        if ui.button("Clear").clicked() {
+            out.push(Command::Window(WindowCommand::ClearLog));
+        }
     }
+}
+
+fn lines_ui(ui: &mut Ui, lines: &VecDeque<LogLine>) {
+    if lines.is_empty() {
+        ui.label(RichText::new("No messages yet").color(theme::QUIET));
+        return;
+    }
+    ScrollArea::vertical()
+        .auto_shrink(false)
+        .stick_to_bottom(true)
+        .show(ui, |ui| {
+            ui.spacing_mut().item_spacing.y = 1.0;
+            // A line is as high as its text.
+            ui.spacing_mut().interact_size.y = 0.0;
+            lines.iter().for_each(|line| line_ui(ui, line));
+        });
+}
+
+fn line_ui(ui: &mut Ui, line: &LogLine) {
+    let (color, icon) = match line.severity {
+        Severity::Info => (theme::TEXT, ""),
+        Severity::Error => (theme::WARNING, icons::WARNING),
+    };
+    ui.horizontal_top(|ui| {
+        let quiet = RichText::new(&line.time).monospace().size(12.0);
+        ui.label(quiet.color(theme::QUIET));
+        let place = egui::vec2(14.0, 16.0);
+        let icon = RichText::new(icon).size(14.0).color(color);
+        ui.add_sized(place, egui::Label::new(icon));
+        let sentence = RichText::new(&line.sentence).size(13.0).color(color);
+        // Part of a sentence can be copied too.
+        ui.add(egui::Label::new(sentence).wrap().selectable(true));
+    });
 }

@@ -67,7 +67,7 @@ impl LooksPanel {
         ui.horizontal(|ui| {
             ui.strong("Looks");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let hint = "Load a look from a file (.look.json); it can also be dropped anywhere.";
+                let hint = "Load a look file (.look.json), or drop one anywhere.";
                 let load = icons::worded_ui(ui, icons::FOLDER, "Load…");
                 if load.on_hover_text(hint).clicked() {
                     out.push(Command::Dialog(Dialog::LoadLook));
@@ -78,7 +78,7 @@ impl LooksPanel {
         let four = Button::new((icons::FOUR, "Compare four"))
             .selected(context.state.four.on)
             .min_size(vec2(ui.available_width(), 24.0));
-        let hint = "Shows four looks side by side at the current frame. Key: 4";
+        let hint = "Four looks side by side. Key: 4";
         if icons::named_ui(ui, true, four, "Compare four")
             .on_hover_text(hint)
             .clicked()
@@ -92,8 +92,7 @@ impl LooksPanel {
             let looks = context.looks;
             if Shelf::ALL.iter().all(|&shelf| looks.looks(shelf).is_empty()) {
                 ui.add_space(GAP);
-                let text = "None yet. Light the subject, type a name and store it: environment, lights, effects and \
-                            keys are kept, with a picture.";
+                let text = "None yet. Type a name and press Store: it keeps environment, lights, effects and keys.";
                 ui.label(RichText::new(text).color(theme::QUIET));
             }
             for (shelf, title) in [(Shelf::Project, "This project"), (Shelf::Person, "All projects")] {
@@ -112,7 +111,7 @@ impl LooksPanel {
         });
     }
 
-    /// The name under which the present look is stored.
+    /// The name under which the current look is stored.
     fn store_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let current = context.looks.current.as_ref().map(|(id, _)| id);
         if current.is_some() && current != self.named.as_ref() {
@@ -150,21 +149,14 @@ impl LooksPanel {
                 (_, Some(_)) if is_project => Some("This window only reads the project".to_owned()),
                 _ if self.name.trim().is_empty() => Some("Type a name first".to_owned()),
                 (Err(e), _) => Some(e.to_string()),
-                _ if same => Some("Nothing changed since it was stored".to_owned()),
+                _ if same => Some("Nothing has changed".to_owned()),
                 _ => None,
             };
             let (words, hint) = match newest {
-                Some(_) => (
-                    "Update",
-                    "Stores the present look as a new version; older ones stay",
-                ),
-                None => ("Store", "Stores the present look under this name"),
+                Some(_) => ("Update", "Stores a new version; older ones stay"),
+                None => ("Store", "Stores the current look under this name"),
             };
-            let button = Button::new(words).min_size(vec2(STORE, 24.0));
-            let button = match why {
-                None => button.fill(theme::PRIMARY),
-                Some(_) => button,
-            };
+            let button = theme::main_button(why.is_none(), words).min_size(vec2(STORE, 24.0));
             let response = icons::named_ui(ui, why.is_none(), button, words).on_hover_text(hint);
             let response = match &why {
                 Some(why) => response.on_disabled_hover_text(why),

@@ -9,13 +9,13 @@ use egui::{Grid, Label, RichText, ScrollArea, Ui};
 const MINUTES: f64 = 8.0;
 
 /// What a measuring does and how long it takes.
-const OFFER: &str = "Measures training steps, predictions, relit frames, the turn of the light and every pass, on the GPU and \
-     on the CPU, in less than eight minutes. Figures appear as they are known; a stop keeps them. Other jobs wait meanwhile.";
+const OFFER: &str = "Times training, prediction and relighting on GPU and CPU, in less than eight minutes. Figures appear as they are \
+     measured; Stop keeps them. Other jobs wait.";
 
 /// Draws the window; it says when it is closed.
 pub fn machine_ui(ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let mut open = true;
-    egui::Window::new("What can this machine do?")
+    egui::Window::new("Performance of this machine")
         .open(&mut open)
         .collapsible(false)
         .default_size([760.0, 520.0])

@@ -8,11 +8,21 @@ use egui::{RichText, Ui};
 use training::Preset;
 use worker::{Blocked, Need};
 
+/// What has to be said beside the button; nothing where the button says it all.
+pub fn why(blocked: &Blocked) -> Option<&str> {
+    let sentence = blocked.sentence.as_str();
+    match blocked.need {
+        Some(Need::Network) => None,
+        Some(Need::Calibration) if sentence.starts_with("Not calibrated yet") => None,
+        _ => Some(sentence),
+    }
+}
+
 /// The buttons that provide a `need`, or try again if nothing in the window can.
 pub fn provide_ui(ui: &mut Ui, need: Option<Need>, out: &mut Vec<Command>) {
     match need {
         Some(Need::Shoot) => {
-            button_ui(ui, "Locate…", Command::Dialog(Dialog::ShootLocation), out);
+            main_ui(ui, "Locate…", Command::Dialog(Dialog::ShootLocation), out);
             button_ui(
                 ui,
                 "Try again",
@@ -22,13 +32,13 @@ pub fn provide_ui(ui: &mut Ui, need: Option<Need>, out: &mut Vec<Command>) {
         }
         Some(Need::Calibration) => {
             let calibrate = Command::Job(JobCommand::Provide(Need::Calibration));
-            button_ui(ui, "Calibrate", calibrate, out);
+            main_ui(ui, "Calibrate", calibrate, out);
         }
         Some(Need::Network) => {
             let minutes = Preset::Quick.config().minutes;
             let time = minutes.map_or(String::new(), |m| format!(" for {m} minutes"));
             let train = Command::Job(JobCommand::Provide(Need::Network));
-            button_ui(ui, &format!("Train{time}"), train, out);
+            main_ui(ui, &format!("Train{time}"), train, out);
         }
         None => button_ui(
             ui,
@@ -58,21 +68,29 @@ pub fn locate_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if let Phase::Blocked(Blocked { need, .. }) = &context.status.phase
         && *need == Some(Need::Shoot)
     {
-        button_ui(ui, "Locate…", Command::Dialog(Dialog::ShootLocation), out);
+        main_ui(ui, "Locate…", Command::Dialog(Dialog::ShootLocation), out);
     }
 }
 
 pub fn open_project_ui(ui: &mut Ui, out: &mut Vec<Command>) {
-    button_ui(ui, "Open project…", Command::Dialog(Dialog::Project), out);
+    main_ui(ui, "Open project…", Command::Dialog(Dialog::Project), out);
 }
 
 pub fn add_environments_ui(ui: &mut Ui, out: &mut Vec<Command>) {
-    button_ui(
+    main_ui(
         ui,
         "Add environments…",
         Command::Dialog(Dialog::Environments),
         out,
     );
+}
+
+/// The button that leads to a picture, on a line of its own.
+fn main_ui(ui: &mut Ui, text: &str, command: Command, out: &mut Vec<Command>) {
+    ui.add_space(GAP);
+    if ui.add(theme::main_button(true, text)).clicked() {
+        out.push(command);
+    }
 }
 
 /// A button on a line of its own.

@@ -13,6 +13,7 @@ mod footage;
 mod front;
 mod gamma;
 mod group;
+mod handle;
 mod hard_cases;
 pub mod job;
 mod light;
@@ -28,6 +29,7 @@ mod path;
 mod picture;
 mod probe;
 mod project;
+mod read_only;
 mod review;
 mod rows;
 mod scopes;
@@ -40,7 +42,7 @@ mod viewport;
 
 pub use accuracy::AccuracyPanel;
 pub use checks::ChecksPanel;
-pub use closing::closing_ui;
+pub use closing::{closing_ui, leaving_ui};
 pub use effects::EffectsPanel;
 pub use environments::EnvironmentsPanel;
 pub use export::ExportPanel;
@@ -181,7 +183,18 @@ fn bar_ui(
     out: &mut Vec<Command>,
     reset: impl FnOnce() -> Command,
 ) -> egui::Response {
-    let label = ui.label(name);
+    let label = match name.chars().count() > rows::MOST_LETTERS {
+        // A person's name for something, which ends where there is no room.
+        true => {
+            let text = egui::Label::new(name).truncate();
+            let narrow = |ui: &mut Ui| {
+                ui.set_max_width(rows::MOST_NAME);
+                ui.add(text)
+            };
+            ui.scope(narrow).inner
+        }
+        false => ui.label(name),
+    };
     let width = (ui.available_width() - beside).max(rows::FIELD);
     let response = numbers::over_bar(ui, range, value, |ui| {
         ui.add_sized(vec2(width, 22.0), field).labelled_by(label.id)
@@ -195,9 +208,7 @@ fn resettable_ui(
     out: &mut Vec<Command>,
     reset: impl FnOnce() -> Command,
 ) -> egui::Response {
-    if response.double_clicked() {
-        // The first click started editing the number as text.
-        ui.memory_mut(|memory| memory.surrender_focus(response.id));
+    if numbers::is_reset(ui, &response) {
         out.push(reset());
     }
     response.on_hover_text(

@@ -1,32 +1,73 @@
 //! Numbers that are dragged, typed or computed, and the bar behind a number that has a range.
 
+use crate::look::within_a_turn;
+use base::numbers::ANGLES;
+use egui::emath::Numeric;
 use egui::{Color32, CornerRadius, DragValue, Rect, Response, Shape, Ui};
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
 /// A field for a number that also computes: "+10" adds to it, "/2" halves it, "90-12" is 78.
-pub fn computing(value: &mut f32) -> DragValue<'_> {
-    let now = f64::from(*value);
+pub fn computing<N: Numeric>(value: &mut N) -> DragValue<'_> {
+    let now = value.to_f64();
     DragValue::new(value)
         // "/2" would halve at every frame otherwise.
         .update_while_editing(false)
-        .custom_parser(move |text| computed_once(text, now))
+        .custom_parser(move |text| computed_once::<N>(text, now))
+}
+
+/// Whether a field was clicked twice, which resets its number.
+pub fn is_reset(ui: &Ui, field: &Response) -> bool {
+    let is_reset = field.double_clicked();
+    if is_reset {
+        // The first click started editing the number as text.
+        ui.memory_mut(|memory| memory.surrender_focus(field.id));
+    }
+    is_reset
+}
+
+/// The same for an angle in degrees, which keys may lead around several times: it shows the angle within a turn, and the turns.
+pub fn turning(degrees: &mut f32) -> DragValue<'_> {
+    computing(degrees)
+        .speed(0.5)
+        .range(ANGLES)
+        .clamp_existing_to_range(false)
+        .fixed_decimals(1)
+        .custom_formatter(|degrees, _| in_turns(degrees as f32))
+}
+
+/// An angle as a person reads it: 442 degrees are 82.0° + 1 turn.
+fn in_turns(degrees: f32) -> String {
+    let within = within_a_turn(degrees);
+    let turns = ((degrees - within) / 360.0).round();
+    let sign = if turns < 0.0 { '-' } else { '+' };
+    match turns.abs() {
+        0.0 => format!("{within:.1}°"),
+        1.0 => format!("{within:.1}° {sign} 1 turn"),
+        turns => format!("{within:.1}° {sign} {turns:.0} turns"),
+    }
 }
 
 thread_local! {
-    /// What was computed last: from which text, and the number that it gave.
-    static COMPUTED: RefCell<Option<(String, f32)>> = const { RefCell::new(None) };
+    /// What was computed last: from which text, the number before, and the number that it gave.
+    static COMPUTED: RefCell<Option<(String, [f64; 2])>> = const { RefCell::new(None) };
 }
 
 /// As [`computed`]. The field parses its text once more in the frame after it was left: what was added then is not added again.
-fn computed_once(text: &str, now: f64) -> Option<f64> {
+fn computed_once<N: Numeric>(text: &str, now: f64) -> Option<f64> {
     COMPUTED.with_borrow_mut(|last| {
-        let is_again = |(of, gave): (String, f32)| of == text && gave == now as f32;
+        // The end of a range may have cut off what was computed.
+        let is_again = |(of, [before, gave]): (String, [f64; 2])| {
+            of == text && now != before && (before.min(gave)..=before.max(gave)).contains(&now)
+        };
         if last.take().is_some_and(is_again) {
             return Some(now);
         }
-        let found = computed(text, now);
-        *last = found.map(|found| (text.to_owned(), found as f32));
+        let found = computed(text, now).map(|found| match N::INTEGRAL {
+            true => found.round(),
+            false => found,
+        });
+        *last = found.map(|found| (text.to_owned(), [now, N::from_f64(found).to_f64()]));
         found
     })
 }
@@ -51,15 +92,17 @@ fn computed(text: &str, now: f64) -> Option<f64> {
     (rest.is_empty() && result.is_finite()).then_some(result)
 }
 
-/// The number that a text begins with, and what follows behind spaces and a unit.
+/// The number that a text begins with, and what follows behind spaces and a unit. Turns are read as degrees.
 fn number(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start();
     let is_part =
         |(place, c): &(usize, char)| c.is_ascii_digit() || *c == '.' || (*place == 0 && *c == '-');
     let end = (text.char_indices().find(|part| !is_part(part))).map_or(text.len(), |(end, _)| end);
     let value: f64 = text[..end].parse().ok()?;
-    let rest = text[end..].trim_start_matches(|c: char| !"+-*/".contains(c) && !c.is_ascii_digit());
-    Some((value, rest))
+    let unit = text[end..].trim_start();
+    let rest = unit.trim_start_matches(|c: char| !"+-*/".contains(c) && !c.is_ascii_digit());
+    let turn = if unit.starts_with("turn") { 360.0 } else { 1.0 };
+    Some((value * turn, rest))
 }
 
 /// Draws a number with the bar behind it: from 0, or from the range's start, to `value`.
@@ -109,13 +152,41 @@ mod tests {
 
     #[test]
     fn what_is_parsed_again_is_not_added_again() {
-        assert_eq!(computed_once("+10", 40.0), Some(50.0));
-        assert_eq!(computed_once("+10", 50.0), Some(50.0));
+        let computed = computed_once::<f32>;
+        assert_eq!(computed("+10", 40.0), Some(50.0));
+        assert_eq!(computed("+10", 50.0), Some(50.0));
         // Typed once more.
-        assert_eq!(computed_once("+10", 50.0), Some(60.0));
+        assert_eq!(computed("+10", 50.0), Some(60.0));
         // The value was changed by something else meanwhile.
-        assert_eq!(computed_once("+10", 5.0), Some(15.0));
-        assert_eq!(computed_once("/2", 15.0), Some(7.5));
+        assert_eq!(computed("+10", 5.0), Some(15.0));
+        assert_eq!(computed("/2", 15.0), Some(7.5));
+        // A range ended at 8.
+        assert_eq!(computed("+3", 7.0), Some(10.0));
+        assert_eq!(computed("+3", 8.0), Some(8.0));
+        // A whole number was rounded.
+        assert_eq!(computed_once::<usize>("/2", 5.0), Some(3.0));
+        assert_eq!(computed_once::<usize>("/2", 3.0), Some(3.0));
+        assert_eq!(computed_once::<usize>("*0.3", 8.0), Some(2.0));
+        assert_eq!(computed_once::<usize>("*0.3", 2.0), Some(2.0));
+    }
+
+    #[test]
+    fn an_angle_is_read_within_a_turn_and_typed_as_it_reads() {
+        for (degrees, text) in [
+            (442.0, "82.0° + 1 turn"),
+            (190.0, "-170.0° + 1 turn"),
+            (-400.5, "-40.5° - 1 turn"),
+            (812.0, "92.0° + 2 turns"),
+            (180.0, "180.0°"),
+            (-12.3, "-12.3°"),
+        ] {
+            assert_eq!(in_turns(degrees), text);
+            let typed = computed(text, 7.0).unwrap();
+            assert!((typed - f64::from(degrees)).abs() < 1e-3, "{text}: {typed}");
+        }
+        for (text, value) in [("+1 turn", 400.0), ("2 turns", 720.0), ("+10", 50.0)] {
+            assert_eq!(computed(text, 40.0), Some(value));
+        }
     }
 
     #[test]

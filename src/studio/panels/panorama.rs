@@ -2,17 +2,17 @@
 
 use super::environments::panorama_ui;
 use super::front;
+use super::handle::{Seen, handle_ui};
 use super::light_map::LightMap;
 use super::rows::segments_ui;
-use crate::command::{Command, LookCommand, ViewCommand};
+use crate::command::{Command, LookCommand};
 use crate::environment_library::{EnvironmentEntry, PanoramaState};
-use crate::keys;
 use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::epaint::RectShape;
 use egui::{
-    Align2, Color32, EventFilter, FontId, Key, Painter, Pos2, Rect, Sense, Stroke, TextureHandle,
-    TextureOptions, Ui, Vec2, pos2, vec2,
+    Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, TextureHandle, TextureOptions, Ui,
+    Vec2, pos2, vec2,
 };
 use glam::Quat;
 use light::PlacedLight;
@@ -26,8 +26,6 @@ const DOT: f32 = 6.0;
 const STRETCHED: f32 = 0.77;
 /// Pixels across the mirror ball's picture.
 const BALL: usize = 224;
-/// Degrees that an arrow key moves a light; with Shift ten times as many.
-const STEP_DEG: f32 = 1.0;
 
 /// Holds the texture of a panorama that is pitched or rolled, or of the mirror ball.
 #[derive(Default)]
@@ -78,7 +76,7 @@ impl Preview {
             true => LightMap::Sphere(rect.shrink(DOT)),
             false => LightMap::Panorama(rect),
         };
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Environment"));
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Environment map"));
         ui.painter().rect_filled(rect, 2.0, theme::WELL);
         let yaw_deg = look.front().turned(look.yaw_deg);
         let turn = look.lighting.turn(yaw_deg);
@@ -119,15 +117,7 @@ impl Preview {
                 chosen: chosen == Some(i),
                 shines: look.lighting.shines(light),
             };
-            let (moved, chooses) = dot_ui(ui, map, i, light, is);
-            if chooses && !is.chosen {
-                out.push(Command::View(ViewCommand::ChooseLight(Some(i))));
-            }
-            if let Some(moved) = moved {
-                let mut lighting = look.lighting.clone();
-                lighting.placed[i] = moved;
-                out.push(Command::Look(LookCommand::Lighting(Box::new(lighting))));
-            }
+            dot_ui(ui, context, map, (i, light), is, out);
         }
     }
 
@@ -263,28 +253,40 @@ struct Standing {
     shines: bool,
 }
 
-/// The handle of a placed light. Returns the light after a drag or an arrow key has moved it, and whether it was chosen.
+/// The handle of a placed light, which can be dragged.
 fn dot_ui(
     ui: &Ui,
+    context: &PanelContext,
     map: LightMap,
-    number: usize,
-    light: &PlacedLight,
+    (index, light): (usize, &PlacedLight),
     is: Standing,
-) -> (Option<PlacedLight>, bool) {
+    out: &mut Vec<Command>,
+) {
     let at = map.place(light.direction());
     let spot = Rect::from_center_size(at, Vec2::splat(2.5 * DOT));
-    let id = ui.scope_id().with(("light", number));
+    let id = ui.scope_id().with(("light", light.id));
     let response = ui.interact(spot, id, Sense::click_and_drag());
-    let name = format!("{} on the {}", light.title(number), map.name());
+    let name = format!("{} on the {}", light.title(index), map.name());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, &name));
-    let chooses = response.clicked() || response.drag_started();
-    if chooses {
-        response.request_focus();
+    let seen = match map {
+        LightMap::Panorama(_) => Seen::Unrolled,
+        LightMap::Sphere(_) => Seen::ByCamera,
+    };
+    handle_ui(ui, context, &response, (index, light), seen, out);
+    if let Some(to) = response.interact_pointer_pos()
+        && response.dragged()
+    {
+        let there = light.clone().towards(map.direction(to));
+        if there != *light {
+            let mut lighting = context.state.look.lighting.clone();
+            lighting.placed[index] = there;
+            out.push(Command::Look(LookCommand::Lighting(Box::new(lighting))));
+        }
     }
-    let fill = if is.shines {
-        theme::ACCENT
-    } else {
-        theme::QUIET
+    let fill = match (is.shines, is.chosen) {
+        (true, true) => theme::ACCENT,
+        (true, false) => theme::TEXT,
+        (false, _) => theme::QUIET,
     };
     let edge = if response.has_focus() || is.chosen {
         Stroke::new(2.0, Color32::WHITE)
@@ -292,43 +294,7 @@ fn dot_ui(
         Stroke::new(1.5, Color32::BLACK)
     };
     ui.painter().circle(at, DOT, fill, edge);
-    let dragged = response
-        .interact_pointer_pos()
-        .filter(|_| response.dragged())
-        .map(|to| {
-            let there = light.clone().towards(map.direction(to));
-            (there.yaw_deg, there.pitch_deg)
-        });
-    let stepped = response.has_focus().then(|| arrows(ui, id)).flatten();
     response.on_hover_text(format!(
-        "{name}: drag it, or click it and use the arrow keys (1°, with Shift 10°)"
+        "{name}: drag it, or click it and use the arrow keys (1°, with Shift 10°). Delete removes it."
     ));
-    let stepped = stepped.map(|by| (light.yaw_deg + by.x, light.pitch_deg + by.y));
-    let moved = dragged.or(stepped).map(|(yaw_deg, pitch_deg)| PlacedLight {
-        // The azimuth wraps around, the elevation stops at the poles.
-        yaw_deg: 180.0 - (180.0 - yaw_deg).rem_euclid(360.0),
-        pitch_deg: pitch_deg.clamp(-90.0, 90.0),
-        ..light.clone()
-    });
-    (moved, chooses)
-}
-
-/// Degrees to the right and up by which the arrow keys move the focused light.
-fn arrows(ui: &Ui, id: egui::Id) -> Option<Vec2> {
-    keys::leave_arrows(ui.ctx(), id);
-    let all = EventFilter {
-        horizontal_arrows: true,
-        vertical_arrows: true,
-        ..EventFilter::default()
-    };
-    ui.memory_mut(|memory| memory.set_focus_lock_filter(id, all));
-    let by = ui.input(|input| {
-        let presses = |key| input.num_presses(key) as f32;
-        let step = STEP_DEG * if input.modifiers.shift { 10.0 } else { 1.0 };
-        step * vec2(
-            presses(Key::ArrowRight) - presses(Key::ArrowLeft),
-            presses(Key::ArrowUp) - presses(Key::ArrowDown),
-        )
-    });
-    (by != Vec2::ZERO).then_some(by)
 }

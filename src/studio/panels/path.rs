@@ -5,10 +5,10 @@ use crate::state::{PathEntry, Wanted};
 use crate::theme::{self, GAP};
 use crate::wizard::typed;
 use base::error::Result;
+use base::files;
 use egui::text::{CCursor, CCursorRange};
 use egui::{
-    Button, Frame, Id, Key, Modal, Role, ScrollArea, TextEdit, Ui, WidgetInfo,
-    text_edit::TextEditState,
+    Frame, Id, Key, Modal, Role, ScrollArea, TextEdit, Ui, WidgetInfo, text_edit::TextEditState,
 };
 use std::path::Path;
 use worker::Lookup;
@@ -35,9 +35,19 @@ pub struct PathPanel {
 }
 
 impl PathPanel {
+    /// Whether the text was begun with what this entry begins with.
+    fn is_of(&self, entry: &PathEntry) -> bool {
+        let same = |of: &PathEntry| (of.number, of.fills) == (entry.number, entry.fills);
+        self.of.as_ref().is_some_and(same)
+    }
+
+    /// Whether something was typed or dropped into the field of this entry.
+    pub fn is_typed(&self, entry: &PathEntry) -> bool {
+        entry.fills > 0 || self.is_of(entry) && self.text != entry.begun
+    }
+
     pub fn ui(&mut self, ui: &Ui, entry: &PathEntry, out: &mut Vec<Command>) {
-        let same = |of: &PathEntry| (of.dialog, &of.begun) == (entry.dialog, &entry.begun);
-        if !self.of.as_ref().is_some_and(same) {
+        if !self.is_of(entry) {
             (self.text, self.of) = (entry.begun.clone(), Some(entry.clone()));
         }
         self.ask(ui.ctx(), entry.wanted != Wanted::Folder);
@@ -61,11 +71,16 @@ impl PathPanel {
         let dismissed = shown.should_close();
         let (path, closed) = shown.inner;
         if let Some(path) = path {
-            self.of = None;
-            out.push(Command::Chosen(entry.dialog, vec![path]));
+            out.push(match entry.wanted {
+                // It asks before a file is replaced.
+                Wanted::NewFile => Command::NewFile(entry.dialog, path),
+                _ => Command::Chosen(entry.dialog, vec![path]),
+            });
         } else if closed || dismissed {
-            self.of = None;
             out.push(Command::Window(WindowCommand::ClosePath));
+        }
+        if let Some(file) = &entry.existing {
+            replace_ui(ui, file, entry, out);
         }
     }
 
@@ -86,7 +101,10 @@ impl PathPanel {
         let response = ui.add(field);
         response.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "Path"));
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-        if ui.memory(|memory| memory.focused().is_none()) {
+        if entry.existing.is_some() {
+            // Keys go to the question.
+            response.surrender_focus();
+        } else if ui.memory(|memory| memory.focused().is_none()) {
             response.request_focus();
         }
         ScrollArea::vertical()
@@ -109,7 +127,7 @@ impl PathPanel {
             Wanted::NewFile => "Write here",
         };
         ui.horizontal(|ui| {
-            let use_it = Button::new(does).fill(theme::PRIMARY);
+            let use_it = theme::main_button(path.is_some(), does);
             let used = ui.add_enabled(path.is_some(), use_it).clicked() || entered;
             let closed = ui.button("Cancel").clicked();
             (path.filter(|_| used), closed)
@@ -138,6 +156,31 @@ impl PathPanel {
             lookup.ask(begun.clone());
             self.asked = Some(begun);
         }
+    }
+}
+
+/// Asks whether a file may be replaced.
+fn replace_ui(ui: &Ui, file: &Path, entry: &PathEntry, out: &mut Vec<Command>) {
+    let frame = Frame::window(ui.style()).inner_margin(2.0 * GAP);
+    let asked = Modal::new(Id::unique("replace")).frame(frame);
+    let shown = asked.show(ui.ctx(), |ui| {
+        ui.set_width(420.0);
+        ui.heading("Replace the file?");
+        ui.add_space(GAP);
+        ui.label(format!("{} already exists.", files::shown(file)));
+        ui.add_space(2.0 * GAP);
+        ui.horizontal(|ui| {
+            let keep = theme::main_button(true, "Keep it");
+            let keep = ui.add(keep).clicked();
+            if ui.button("Replace").clicked() {
+                out.push(Command::Chosen(entry.dialog, vec![file.to_path_buf()]));
+            }
+            keep
+        })
+        .inner
+    });
+    if shown.inner || shown.should_close() {
+        out.push(Command::Window(WindowCommand::KeepName));
     }
 }
 

@@ -91,7 +91,7 @@ fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.end_row();
     ui.label("Background");
     let mut shown = look.background == Background::Environment;
-    if ui.checkbox(&mut shown, "environment").changed() {
+    if ui.checkbox(&mut shown, "Environment").changed() {
         out.push(Command::Look(LookCommand::Background(if shown {
             Background::Environment
         } else {
@@ -116,19 +116,19 @@ fn row(strength: &Strength) -> Row<Effects> {
 
 /// What the picture can show: the setting, its name and its key.
 pub const SHOWN: [(Inspection, &str, &str); 7] = [
-    (Inspection::Picture, "picture", "C"),
-    (Inspection::Channel(Channel::Red), "red", "R"),
-    (Inspection::Channel(Channel::Green), "green", "G"),
-    (Inspection::Channel(Channel::Blue), "blue", "B"),
-    (Inspection::Channel(Channel::Luminance), "luminance", "L"),
-    (Inspection::Channel(Channel::Alpha), "alpha", "A"),
-    (Inspection::FalseColor, "false colour", ""),
+    (Inspection::Picture, "Picture", "C"),
+    (Inspection::Channel(Channel::Red), "Red", "R"),
+    (Inspection::Channel(Channel::Green), "Green", "G"),
+    (Inspection::Channel(Channel::Blue), "Blue", "B"),
+    (Inspection::Channel(Channel::Luminance), "Luminance", "L"),
+    (Inspection::Channel(Channel::Alpha), "Matte", "A"),
+    (Inspection::FalseColor, "False colour", ""),
 ];
 
 /// The tone curves, with their names.
 pub const TONE_CURVES: [(ViewTransform, &str); 3] = [
     (ViewTransform::Srgb, "sRGB"),
-    (ViewTransform::Filmic, "filmic"),
+    (ViewTransform::Filmic, "Filmic"),
     (ViewTransform::Aces, "ACES"),
 ];
 
@@ -143,7 +143,7 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let effects = context.state.look.effects;
     let mut changed = effects;
     choice_ui(ui, "Tone curve", &TONE_CURVES, &mut changed.view)
-        .on_hover_text("How light becomes the codes of the picture; exported with it");
+        .on_hover_text("How light becomes display values; exported with it");
     ui.end_row();
     if changed != effects {
         out.push(Command::Look(LookCommand::Effects(changed)));

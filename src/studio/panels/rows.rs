@@ -1,14 +1,18 @@
 //! Rows of a panel's grid: a number, and a list of choices.
 
 use super::bar_ui;
-use super::numbers::computing;
+use super::numbers::{computing, turning};
 use crate::command::Command;
+use crate::look::within_a_turn;
 use crate::theme::{self, GAP};
 use egui::{Frame, Grid, Response, Ui};
 use std::ops::RangeInclusive;
 
 /// Width of a row's name, and of its field, in points.
 const NAME: f32 = 108.0;
+/// Letters of a name that is shown whole in any case, and points that longer ones may take.
+pub const MOST_LETTERS: usize = 20;
+pub const MOST_NAME: f32 = 140.0;
 pub const FIELD: f32 = 100.0;
 /// What stays free beside a bar: the diamond that sets a key.
 pub const BESIDE: f32 = 30.0;
@@ -79,13 +83,19 @@ impl<T: Clone + Default + PartialEq> Row<T> {
     ) -> Response {
         let mut changed = settings.clone();
         let value = *(self.of)(&mut changed);
-        let field = computing((self.of)(&mut changed))
-            .speed(self.speed)
-            .range(self.range.clone())
-            // Keys may lead an angle around several times.
-            .clamp_existing_to_range(false)
-            .fixed_decimals(self.decimals)
-            .suffix(self.suffix);
+        // An angle all around has no ends: keys may lead it around several times, and the bar shows where it stands.
+        let turns = self.range == (-180.0..=180.0);
+        let (field, value) = match turns {
+            true => (turning((self.of)(&mut changed)), within_a_turn(value)),
+            false => {
+                let field = computing((self.of)(&mut changed))
+                    .range(self.range.clone())
+                    .clamp_existing_to_range(false)
+                    .fixed_decimals(self.decimals)
+                    .suffix(self.suffix);
+                (field.speed(self.speed), value)
+            }
+        };
         let reset = || {
             let mut restored = settings.clone();
             *(self.of)(&mut restored) = *(self.of)(&mut T::default());

@@ -1,14 +1,14 @@
 //! The status line: the running job, or where the network runs and what the picture is; whether all is saved, checks and
 //! effects.
 
-use super::checks::{color, dot_ui};
+use super::checks::{color, dot_ui, verdict};
 use super::job::{JobPanel, job_ui};
 use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
-use egui::{Align, CursorIcon, Label, Layout, Response, RichText, Sense, Ui};
+use egui::{Align, Layout, Response, RichText, Ui};
 
 /// Room that a figure needs, in points.
 const FIGURE_WIDTH: f32 = 180.0;
@@ -30,7 +30,7 @@ impl StatusPanel {
                 if let (Some(relit), None) = (context.relit, job) {
                     let ran = relit.passes.iter().filter(|p| p.ran).count();
                     let text = format!("{ran} of {} effects", relit.passes.len());
-                    let hint = "Shows which effects ran, why, and how long each took";
+                    let hint = "Which effects ran, why and for how long";
                     if ui.button(small(&text)).on_hover_text(hint).clicked() {
                         out.push(Command::Window(WindowCommand::ShowPane(Pane::Effects)));
                     }
@@ -58,10 +58,11 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         Phase::Blocked(_) => "Action needed",
         Phase::Ready { device } => device,
     });
-    // As a sentence, not as a button: it is read far more often than it is clicked.
-    let device = ui.add(Label::new(device).sense(Sense::click()));
-    let device = device.on_hover_cursor(CursorIcon::PointingHand);
-    if device.on_hover_text("What can this machine do?").clicked() {
+    if ui
+        .button(device)
+        .on_hover_text("Performance of this machine")
+        .clicked()
+    {
         out.push(Command::Window(WindowCommand::ToggleMachine));
     }
     let Some(project) = context.project else {
@@ -80,9 +81,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if share >= 0.1
         && let Some(figure) = figure_ui(ui, &format!("{share:.1} % of the light not covered"))
     {
-        figure.on_hover_text(
-            "Share of the environment's light from directions without a lamp; the nearest lamps take it over.",
-        );
+        figure.on_hover_text("Light from where no lamp is; the nearest lamps take it over.");
     }
 }
 
@@ -95,9 +94,12 @@ fn saved_ui(ui: &mut Ui, context: &PanelContext) {
         Some(why) => ui
             .label(small("Not saved").color(theme::WARNING))
             .on_hover_text(why),
+        None if context.saving => ui
+            .label(small("Saving…").color(theme::QUIET))
+            .on_hover_text("The disk is slow"),
         None => ui
             .label(small("Saved").color(theme::QUIET))
-            .on_hover_text("Everything is saved as you work, with the steps of undo"),
+            .on_hover_text("Saved as you work, with undo"),
     };
 }
 
@@ -106,8 +108,8 @@ fn check_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let Some(level) = context.check.level() else {
         return;
     };
-    let text = small(&format!("Checks: {}", level.word())).color(color(level));
-    let hint = "Shows what was found of lamps, camera, frames and light, and what to do about it";
+    let text = small(&format!("Checks: {}", verdict(level).to_lowercase())).color(color(level));
+    let hint = "What was found, and what to do about it";
     if ui.button(text).on_hover_text(hint).clicked() {
         out.push(Command::Window(WindowCommand::ShowPane(Pane::Checks)));
     }

@@ -4,6 +4,7 @@ use crate::command::{Command, Dialog, ExportCommand, ProjectCommand, WindowComma
 use crate::icons;
 use crate::layout::{Pane, Workspace};
 use crate::panel_context::PanelContext;
+use crate::panels::read_only::read_only_ui;
 use crate::theme;
 use base::files::shown;
 use egui::{Button, Image, RichText, Role, Ui, Vec2, WidgetInfo, vec2};
@@ -109,6 +110,9 @@ impl TabsPanel {
                 });
                 (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Panels"));
                 project_ui(ui, context, out);
+                if let Some(why) = context.read_only {
+                    read_only_ui(ui, why, out);
+                }
             });
         });
     }

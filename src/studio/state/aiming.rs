@@ -13,10 +13,10 @@ pub(super) struct Aiming {
     drag: u64,
     /// … and for which of them a light was placed.
     placed_for: u64,
-    /// The light that this press moves, by its index; None if it places another.
-    moves: Option<usize>,
-    /// The light that the newest step of undo has placed, and its index.
-    newest: Option<(AimedLight, usize)>,
+    /// The light that this press moves, by its id; None if it places another.
+    moves: Option<u32>,
+    /// The light that the newest step of undo has placed, and its id.
+    newest: Option<(AimedLight, u32)>,
 }
 
 impl Aiming {
@@ -29,15 +29,23 @@ impl Aiming {
 impl State {
     /// The light placed by hand that was chosen last, by its index, if it is still there.
     pub fn chosen_light(&self) -> Option<usize> {
-        let chosen = self.aiming.chosen?;
-        let mut lights = self.look.lighting.placed.iter();
-        lights.position(|light| light.id == chosen)
+        self.light_with(self.aiming.chosen?)
     }
 
     /// Chooses the light of this index.
     pub(super) fn choose_light(&mut self, light: Option<usize>) {
-        let light = light.and_then(|light| self.look.lighting.placed.get(light));
-        self.aiming.chosen = light.map(|light| light.id);
+        self.aiming.chosen = light.and_then(|light| self.light_id(light));
+    }
+
+    /// The index of the light placed by hand with this id, if it is still there.
+    fn light_with(&self, id: u32) -> Option<usize> {
+        let mut lights = self.look.lighting.placed.iter();
+        lights.position(|light| light.id == id)
+    }
+
+    /// The id of the light of this index.
+    fn light_id(&self, index: usize) -> Option<u32> {
+        Some(self.look.lighting.placed.get(index)?.id)
     }
 
     /// Whether lights placed by hand have handles on the picture: all of them while lights are placed by the face, else the
@@ -49,7 +57,7 @@ impl State {
     /// Begins to move the light of this index, or to place another.
     pub fn begin_aim(&mut self, moves: Option<usize>) {
         self.aiming.drag += 1;
-        self.aiming.moves = moves;
+        self.aiming.moves = moves.and_then(|light| self.light_id(light));
     }
 
     /// Number of the drag that places a light.
@@ -65,7 +73,7 @@ impl State {
 
     /// The light that was placed or moved last on the picture, by its index, if nothing was changed since.
     pub fn aimed_light(&self) -> Option<usize> {
-        self.aiming.newest.as_ref().map(|(_, index)| *index)
+        self.light_with(self.aiming.newest.as_ref()?.1)
     }
 
     /// Places a light, or moves the one that the same drag has placed. What was asked for before something else was changed or
@@ -75,31 +83,33 @@ impl State {
             .aiming
             .newest
             .filter(|(last, _)| last.drag == aimed.drag);
-        let index = match same {
-            Some((_, index)) => index,
-            None if aimed.drag <= self.aiming.placed_for => return,
-            None => {
+        let id = match (same, self.aiming.moves) {
+            (Some((_, id)), _) => id,
+            (None, _) if aimed.drag <= self.aiming.placed_for => return,
+            // It was removed meanwhile.
+            (None, Some(id)) if self.light_with(id).is_none() => return,
+            (None, moves) => {
                 self.history.push(self.look.clone());
                 let lighting = &mut self.look.lighting;
-                let known = self
-                    .aiming
-                    .moves
-                    .filter(|&light| light < lighting.placed.len());
-                known.unwrap_or_else(|| {
-                    lighting.placed.push(lighting.another_light());
-                    lighting.placed.len() - 1
+                moves.unwrap_or_else(|| {
+                    let light = lighting.another_light();
+                    let id = light.id;
+                    lighting.placed.push(light);
+                    id
                 })
             }
         };
         let before = self.look.clone();
-        if let Some(light) = self.look.lighting.placed.get_mut(index) {
+        let mut lights = self.look.lighting.placed.iter_mut();
+        if let Some(light) = lights.find(|light| light.id == id) {
             *light = light.clone().towards(aimed.direction);
         }
-        self.look.set_keys(&before, self.frame);
+        // The clip may have gone on since.
+        self.look.set_keys(&before, aimed.frame);
         self.look.follow(self.frame);
         self.aiming.placed_for = aimed.drag;
-        self.aiming.newest = Some((aimed, index));
-        self.choose_light(Some(index));
+        self.aiming.newest = Some((aimed, id));
+        self.aiming.chosen = Some(id);
         self.dragging = Some(discriminant(&LookCommand::Aim(aimed)));
     }
 }
@@ -201,9 +211,38 @@ mod tests {
         assert_eq!((yaws, s.chosen_light()), (vec![-90.0, 180.0], Some(0)));
         s.change(LookCommand::Undo);
         assert_eq!(s.look.lighting.placed[0].yaw_deg, 180.0);
-        // One that is gone is no light to move.
+        // There is no such light to move.
         s.begin_aim(Some(7));
         s.change(aimed(4, Vec3::X));
         assert_eq!(s.look.lighting.placed.len(), 3);
+    }
+    #[test]
+    fn a_light_that_is_removed_during_its_drag_moves_no_other() {
+        let mut s = state();
+        for drag in [1, 2, 3] {
+            s.begin_aim(None);
+            s.change(aimed(drag, Vec3::Z));
+            s.release();
+        }
+        let without = |s: &State, index: usize| {
+            let mut lighting = s.look.lighting.clone();
+            lighting.placed.remove(index);
+            LookCommand::Lighting(Box::new(lighting))
+        };
+        s.begin_aim(Some(1));
+        let removed = without(&s, 1);
+        s.change(removed);
+        s.change(aimed(4, Vec3::X));
+        let yaws = |s: &State| -> Vec<f32> {
+            let lights = s.look.lighting.placed.iter();
+            lights.map(|light| light.yaw_deg).collect()
+        };
+        assert_eq!(yaws(&s), [180.0, 180.0]);
+        // One before it is removed: it still moves itself.
+        s.begin_aim(Some(1));
+        let removed = without(&s, 0);
+        s.change(removed);
+        s.change(aimed(5, Vec3::X));
+        assert_eq!((yaws(&s), s.aimed_light()), (vec![90.0], Some(0)));
     }
 }

@@ -1,7 +1,7 @@
 //! What of the project is shown, and how.
 
 use super::State;
-use crate::command::ViewCommand;
+use crate::command::{LookCommand, ViewCommand};
 use crate::comparison::{CellPicture, GAINS};
 use scene::{Inspection, Viewing};
 
@@ -111,7 +111,7 @@ impl State {
             ViewCommand::StepFrame(step) => self.go(self.frame.saturating_add_signed(step)),
             ViewCommand::LastFrame => self.go(usize::MAX),
             ViewCommand::TogglePlay => {
-                let (first, last) = self.export_options.range(self.frames);
+                let (first, last) = self.range();
                 self.playing = !self.playing && self.frames > 1;
                 if self.playing && !self.loops && self.frame >= last {
                     self.frame = first;
@@ -120,12 +120,14 @@ impl State {
             }
             ViewCommand::ToggleLoop => self.loops = !self.loops,
             ViewCommand::MarkIn => {
-                let (_, end) = self.export_options.range(self.frames);
-                self.export_options.frames = Some((self.frame, end.max(self.frame)));
+                let (_, end) = self.range();
+                let range = (self.frame, end.max(self.frame));
+                self.change(LookCommand::Range(Some(range)));
             }
             ViewCommand::MarkOut => {
-                let (start, _) = self.export_options.range(self.frames);
-                self.export_options.frames = Some((start.min(self.frame), self.frame));
+                let (start, _) = self.range();
+                let range = (start.min(self.frame), self.frame);
+                self.change(LookCommand::Range(Some(range)));
             }
             ViewCommand::Zoom { factor, about } => self.zoom(factor, about),
             ViewCommand::Pan([x, y]) => {
@@ -137,7 +139,7 @@ impl State {
 
     /// Goes on to the next frame, around the end of the range between in and out, or stops there.
     pub fn advance(&mut self) {
-        let (first, last) = self.export_options.range(self.frames);
+        let (first, last) = self.range();
         let within = (first..last).contains(&self.frame);
         if self.frame == last && !self.loops {
             self.playing = false;

@@ -39,7 +39,7 @@ impl Lpips {
                     "{} cannot measure LPIPS: expected SqueezeNet 1.1 and the tensors lpips.lin0 to lpips.lin6",
                     path.display()
                 ),
-                "Give a file with both, or leave --lpips out",
+                ("Give a file with both, or leave it out", "--lpips FILE"),
             ));
         }
         let network = FeatureNetwork::load(Architecture::SqueezeNet, &file, &device)?;

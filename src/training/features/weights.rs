@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 const REMEDY: &str = "Give a whole .safetensors or .pth file of torchvision's VGG-16, VGG-19 or \
-                      SqueezeNet 1.1, or leave --features out";
+                      SqueezeNet 1.1, or leave it out";
 
 /// A file of named tensors, whose values are read when they are asked for.
 pub struct WeightFile {

@@ -6,6 +6,15 @@ use evaluation::review::{Means, ReviewReport};
 use evaluation::{EvaluateReport, Method};
 use virtual_stage::StageReport;
 
+/// A time in seconds, in words.
+pub(super) fn for_so_long(seconds: f64) -> String {
+    match seconds {
+        ..60.0 => format!("{seconds:.0} s"),
+        ..6000.0 => format!("{:.0} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
+    }
+}
+
 pub(super) fn staged(report: &StageReport) -> String {
     let mut text = format!(
         "{} files in {:.0} s. What was traced:",

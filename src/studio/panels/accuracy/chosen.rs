@@ -6,7 +6,7 @@ use crate::accuracy::TRUTH;
 use crate::command::{AccuracyCommand, Command};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
-use egui::{Button, Grid, RichText, Ui, vec2};
+use egui::{Grid, RichText, Ui, vec2};
 use tradeoff::{Knob, Ledger, Measured};
 
 /// A rung and what it is shown beside.
@@ -36,7 +36,7 @@ impl Chosen<'_> {
     fn apply_ui(&self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let measured = self.rung;
         if self.ledger.applied.as_deref() == Some(measured.rung.name.as_str()) {
-            ui.label(RichText::new("in use").color(theme::GOOD));
+            ui.label(RichText::new("In use").color(theme::GOOD));
             return;
         }
         let (able, why) = match (&context.status.job, context.read_only) {
@@ -44,9 +44,8 @@ impl Chosen<'_> {
             (_, Some(why)) => (false, why),
             _ => (true, ""),
         };
-        let hint = "Uses this rung's network, size and lamps in the project, and its weights and effects for the picture. \
-                    What is there now is set aside.";
-        let button = ui.add_enabled(able, Button::new("Use this").fill(theme::PRIMARY));
+        let hint = "Takes this network, size, lamps and effects into the project. What is there now is set aside.";
+        let button = ui.add_enabled(able, theme::main_button(able, "Use this"));
         if button
             .on_hover_text(hint)
             .on_disabled_hover_text(why)
@@ -57,12 +56,8 @@ impl Chosen<'_> {
             )));
         }
         let alone = match measured.rung.knob {
-            Some(Knob::Field) => {
-                Some("Afterlight keeps OLATs as f16. Ask for others with relight --field.")
-            }
-            Some(Knob::Environment) => {
-                Some("Afterlight always uses the whole panorama. This shows what that costs.")
-            }
+            Some(Knob::Field) => Some("For comparison: the window keeps OLATs as 16-bit floats."),
+            Some(Knob::Environment) => Some("For comparison: the window uses the whole panorama."),
             _ => None,
         };
         if let Some(alone) = alone {
@@ -135,8 +130,8 @@ impl Chosen<'_> {
             .spacing(vec2(2.0 * GAP, 4.0))
             .show(ui, |ui| {
                 ui.label("");
-                ui.label(RichText::new("predicted").color(theme::QUIET));
-                ui.label(RichText::new("measured").color(theme::QUIET));
+                ui.label(RichText::new("Predicted").color(theme::QUIET));
+                ui.label(RichText::new("Measured").color(theme::QUIET));
                 ui.end_row();
                 for (name, predicted, measured) in rows {
                     ui.label(name);
@@ -149,9 +144,9 @@ impl Chosen<'_> {
 
     /// The rung's picture beside the best rung's and the truth.
     fn pictures_ui(&self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let mut shown = vec![("this", self.rung.picture.clone())];
+        let mut shown = vec![("This", self.rung.picture.clone())];
         if let Some(best) = self.best.filter(|best| best.picture != self.rung.picture) {
-            shown.push(("the best", best.picture.clone()));
+            shown.push(("Best", best.picture.clone()));
         }
         let files: Vec<String> = shown.iter().map(|(_, file)| file.clone()).collect();
         out.push(Command::Accuracy(AccuracyCommand::Draw(files)));
@@ -159,7 +154,7 @@ impl Chosen<'_> {
             ui.colored_label(theme::WARNING, failure);
             return;
         }
-        shown.push(("the truth", TRUTH.to_owned()));
+        shown.push(("Truth", TRUTH.to_owned()));
         let side = (ui.available_width() / shown.len() as f32 - GAP).clamp(60.0, 260.0);
         for (name, file) in shown {
             ui.vertical(|ui| {

@@ -6,8 +6,10 @@ pub mod words;
 
 use crate::command::{AccuracyCommand, Command};
 use crate::panel_context::PanelContext;
+use crate::panels::numbers::{computing, is_reset};
 use crate::theme::{self, GAP};
-use egui::{Button, ComboBox, DragValue, RichText, ScrollArea, Ui};
+use egui::{ComboBox, RichText, ScrollArea, Ui};
+use footage::scan::counted;
 use project::Project;
 use std::path::PathBuf;
 use tradeoff::{Ledger, Pick, TradeoffSettings, front, pick};
@@ -102,19 +104,18 @@ impl AccuracyPanel {
                 (true, false) => ("Resume measuring", "Resumes where it was stopped"),
                 (true, true) => (
                     "Measure again",
-                    "Trains and measures all rungs again. What was measured is set aside.",
+                    "Trains and measures all settings again. The old figures are set aside.",
                 ),
                 (false, _) if before.is_some() => (
                     "Measure again",
-                    "Measures with these settings. What was measured is set aside.",
+                    "Measures with these. The old figures are set aside.",
                 ),
                 (false, _) => (
                     "Measure",
-                    "Trains networks of several shapes and measures each: time, memory and error. You can stop at any time; it \
-                     resumes from there.",
+                    "Trains networks of several shapes and measures time, memory and error of each. Stop at any time; it resumes.",
                 ),
             };
-            let button = Button::new(text).fill(theme::PRIMARY);
+            let button = theme::main_button(able, text);
             let button = ui.add_enabled(able, button);
             if button.on_hover_text(hint).on_disabled_hover_text(why).clicked() {
                 let kept = ledger.filter(|_| goes_on).map(|ledger| ledger.settings.clone());
@@ -139,47 +140,55 @@ impl AccuracyPanel {
     ) {
         let rungs = &ledger.rungs;
         if rungs.is_empty() {
-            return quiet_ui(ui, "The first rung is being trained and measured.");
+            return quiet_ui(ui, "Training and measuring the first setting.");
         }
         self.chosen = self.chosen.filter(|&rung| rung < rungs.len());
         let left = ledger
             .planned
             .saturating_sub(rungs.len() + ledger.failures.len());
-        let mut said = format!("{} rungs beside {}.", rungs.len(), ledger.compared_with);
+        let mut said = format!(
+            "{} compared with {}.",
+            counted(rungs.len(), "setting"),
+            ledger.compared_with
+        );
         if left > 0 {
-            said += &format!(" {left} are still to be measured.");
+            said += &format!(" {left} to go.");
         }
         quiet_ui(ui, &said);
         quiet_ui(ui, &ledger.machine.words());
         for failure in &ledger.failures {
-            let text = format!("{} was left out: {}", failure.rung, failure.sentence);
+            let text = format!("{}: {}", failure.rung, failure.sentence);
             ui.colored_label(theme::WARNING, text);
         }
         let mut asked = None;
         ui.horizontal_wrapped(|ui| {
             ui.label("I have");
-            let ms = DragValue::new(&mut self.within_ms)
+            let ms = computing(&mut self.within_ms)
                 .range(0.1..=1e5)
                 .speed(0.5)
                 .suffix(" ms");
-            let changed = ui
-                .add(ms)
-                .on_hover_text("Looks for the smallest error in this time for a frame")
-                .changed();
+            let field = ui.add(ms);
+            let mut changed = field.changed();
+            if is_reset(ui, &field) {
+                (self.within_ms, changed) = (Self::default().within_ms, true);
+            }
+            field.on_hover_text("Finds the smallest error in this time");
             ui.label("a frame");
             if changed || ui.button("Find").clicked() {
                 asked = Some(Pick::Within(self.within_ms));
             }
             ui.separator();
             ui.label("I want at least");
-            let db = DragValue::new(&mut self.least_db)
+            let db = computing(&mut self.least_db)
                 .range(5.0..=80.0)
                 .speed(0.1)
                 .suffix(" dB");
-            let changed = ui
-                .add(db)
-                .on_hover_text("Looks for the fastest rung that comes this near to the truth")
-                .changed();
+            let field = ui.add(db);
+            let mut changed = field.changed();
+            if is_reset(ui, &field) {
+                (self.least_db, changed) = (Self::default().least_db, true);
+            }
+            field.on_hover_text("Finds the fastest setting with this accuracy");
             if changed || ui.button("Find the fastest").clicked() {
                 asked = Some(Pick::AtLeast(self.least_db));
             }
@@ -261,17 +270,19 @@ impl Wish {
                 ui.selectable_value(&mut self.against, Compared::Pose(pose), name(pose));
             }
         });
-        list.response.labelled_by(label.id).on_hover_text(
-            "A pose that is compared with is kept out of training, so that no network has seen it",
-        );
+        list.response
+            .labelled_by(label.id)
+            .on_hover_text("The pose is kept out of training");
         let label = ui.label("Training");
-        let minutes = DragValue::new(&mut self.budget)
+        let minutes = computing(&mut self.budget)
             .range(1.0..=1440.0)
             .speed(1.0)
             .suffix(" min");
-        ui.add(minutes).labelled_by(label.id).on_hover_text(
-            "Shared out among all networks. More minutes train each of them for longer.",
-        );
+        let field = ui.add(minutes).labelled_by(label.id);
+        if is_reset(ui, &field) {
+            self.budget = TradeoffSettings::default().budget;
+        }
+        field.on_hover_text("For all networks together");
     }
 }
 
@@ -285,8 +296,8 @@ fn nothing_ui(ui: &mut Ui) {
     ui.label("Not measured yet.");
     quiet_ui(
         ui,
-        "Measuring trains networks of several shapes and lengths on your own footage, and says for each how long a frame takes \
-         on this machine and how near it comes to the truth. Then choose the one that fits your time.",
+        "Measure trains several networks on your footage and times each on this machine. Then choose the one that fits your \
+         time.",
     );
 }
 

@@ -193,11 +193,11 @@ pub fn legend_ui(ui: &mut Ui, rungs: &[Measured]) {
         ui.painter()
             .line_segment(line, egui::Stroke::new(1.2, theme::QUIET));
         ui.label(
-            RichText::new("worth its time")
+            RichText::new("Worth its time")
                 .size(12.0)
                 .color(theme::QUIET),
         )
-        .on_hover_text("No other rung is both faster and nearer to the truth");
+        .on_hover_text("No other setting is both faster and more accurate");
     });
 }
 

@@ -48,14 +48,14 @@ pub fn none(rungs: &[Measured], asked: Pick) -> String {
                 .map(|m| m.frame.median)
                 .fold(f64::INFINITY, f64::min);
             format!(
-                "No rung is that fast: the fastest takes {} a frame.",
+                "No setting is that fast: the fastest takes {} a frame.",
                 ms(fastest)
             )
         }
         Pick::AtLeast(_) => {
             let best = comparable().map(|m| m.fidelity.psnr_db).fold(0.0, f64::max);
             format!(
-                "No rung comes that near: the best reaches {best:.1} dB. Measure with more minutes."
+                "No setting is that accurate: the best reaches {best:.1} dB. Measure with more minutes."
             )
         }
     }

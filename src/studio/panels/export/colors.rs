@@ -50,7 +50,7 @@ pub fn sentence_ui(ui: &mut Ui, context: &PanelContext, options: &ExportOptions)
 /// The program's own colour spaces, and below them what a configuration offers.
 fn list_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
     let is_linear = options.format == Format::Exr;
-    let plain = if is_linear { "linear Rec. 709" } else { "sRGB" };
+    let plain = if is_linear { "Linear Rec. 709" } else { "sRGB" };
     let own = options.space.map_or(plain, |space| name(space, is_linear));
     let configured = options
         .ocio
@@ -154,14 +154,14 @@ fn table_ui(ui: &mut Ui, options: &mut ExportOptions) {
     let label = ui.label("LUT");
     ui.horizontal(|ui| {
         let field = TextEdit::singleline(&mut options.table)
-            .hint_text("none; a .cube file")
+            .hint_text("None, or a .cube file")
             .desired_width(130.0);
         ui.add(field).labelled_by(label.id).on_hover_text(
-            "A look-up table that is baked into the files: it reads and gives sRGB codes. Relative to the project's folder, or a full path.",
+            "A look-up table from sRGB to sRGB, baked into the files. A path in the project's folder, or a full one.",
         );
         let named = !options.table.trim().is_empty();
-        ui.add_enabled(named, Checkbox::new(&mut options.show_table, "show it"))
-            .on_hover_text("Show the picture through the table, here and in the other workspaces");
+        ui.add_enabled(named, Checkbox::new(&mut options.show_table, "Show it"))
+            .on_hover_text("Show the picture through the table, in every workspace");
     });
     ui.end_row();
 }
@@ -192,9 +192,9 @@ fn own_spaces(
 fn name(space: OutputSpace, is_linear: bool) -> &'static str {
     match (space, is_linear) {
         (OutputSpace::Srgb, false) => "sRGB, tagged sRGB",
-        (OutputSpace::Srgb | OutputSpace::Rec709, true) => "linear Rec. 709",
-        (OutputSpace::P3, true) => "linear P3",
-        (OutputSpace::Rec2020, true) => "linear Rec. 2020",
+        (OutputSpace::Srgb | OutputSpace::Rec709, true) => "Linear Rec. 709",
+        (OutputSpace::P3, true) => "Linear P3",
+        (OutputSpace::Rec2020, true) => "Linear Rec. 2020",
         (space, _) => space.name(),
     }
 }

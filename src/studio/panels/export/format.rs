@@ -20,7 +20,7 @@ pub fn ui(ui: &mut Ui, options: &mut ExportOptions) {
             }
         }
         let hint = "All frames in one file, with the interview's sound and time code";
-        if choice_ui(ui, "Format", "movie", hint, options.format.is_movie()) {
+        if choice_ui(ui, "Format", "Movie", hint, options.format.is_movie()) {
             options.format = Format::Movie(options.format.codec().unwrap_or(Codec::H264));
         }
     });
@@ -45,27 +45,26 @@ fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
             &mut options.format,
             names,
         );
-        ui.checkbox(&mut options.sound, "sound").on_hover_text(
-            "The interview's sound, if its movie has some, cut to the exported frames",
-        );
+        ui.checkbox(&mut options.sound, "Sound")
+            .on_hover_text("The sound of the interview's movie, cut to the exported frames");
     });
     ui.end_row();
     if options.format.codec().is_some_and(Codec::has_alpha) {
-        ui.label("Alpha");
+        ui.label("Matte");
         segments_ui(ui, |ui| {
             for (alpha, name, hint) in [
                 (
                     MovieAlpha::Straight,
-                    "straight",
+                    "Straight",
                     "Colour of its own, as most editors expect",
                 ),
                 (
                     MovieAlpha::Premultiplied,
-                    "premultiplied",
+                    "Premultiplied",
                     "Codes times alpha, over black",
                 ),
             ] {
-                if choice_ui(ui, "Alpha", name, hint, options.movie_alpha == alpha) {
+                if choice_ui(ui, "Matte", name, hint, options.movie_alpha == alpha) {
                     options.movie_alpha = alpha;
                 }
             }
@@ -79,8 +78,8 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("EXR");
     ui.horizontal(|ui| {
         let samples = [
-            (Samples::Half, "half", "16 bits: enough for pictures"),
-            (Samples::Float, "float", "32 bits"),
+            (Samples::Half, "Half", "16 bits: enough for pictures"),
+            (Samples::Float, "Float", "32 bits"),
         ];
         segments_ui(ui, |ui| {
             for (samples, name, hint) in samples {
@@ -99,24 +98,24 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
         );
     });
     ui.end_row();
-    ui.label("Alpha");
+    ui.label("Matte");
     ui.horizontal(|ui| {
         let alphas = [
             (
                 ExrAlpha::Premultiplied,
-                "premultiplied",
+                "Premultiplied",
                 "Colour times alpha, as OpenEXR has it",
             ),
-            (ExrAlpha::Straight, "straight", "Colour divided by alpha"),
+            (ExrAlpha::Straight, "Straight", "Colour divided by alpha"),
         ];
         segments_ui(ui, |ui| {
             for (alpha, name, hint) in alphas {
-                if choice_ui(ui, "Alpha", name, hint, exr.alpha == alpha) {
+                if choice_ui(ui, "Matte", name, hint, exr.alpha == alpha) {
                     exr.alpha = alpha;
                 }
             }
         });
-        ui.checkbox(&mut exr.crop, "crop")
+        ui.checkbox(&mut exr.crop, "Crop")
             .on_hover_text("Write only the rectangle that is not empty, as the file's data window");
     });
     ui.end_row();
@@ -126,17 +125,17 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
             let places = [
                 (
                     LayerFiles::Channels,
-                    "channels",
+                    "Channels",
                     "light_00.R … beside the picture's channels",
                 ),
                 (
                     LayerFiles::Parts,
-                    "parts",
+                    "Parts",
                     "A part of the file for each lamp",
                 ),
                 (
                     LayerFiles::Files,
-                    "files",
+                    "Files",
                     "A file for each lamp beside the picture's",
                 ),
             ];

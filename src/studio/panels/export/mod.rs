@@ -4,16 +4,19 @@ mod colors;
 mod format;
 mod queue;
 
-use crate::command::{Command, Dialog, ExportCommand};
+use crate::command::{Command, Dialog, ExportCommand, LookCommand};
 use crate::export_options::ExportOptions;
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::accuracy::words;
+use crate::panels::lights::solo_names;
 use crate::panels::number_ui;
+use crate::panels::numbers::{computing, is_reset};
 use crate::panels::rows::segments_ui;
+use crate::state::State;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Button, DragValue, Grid, Id, Label, Layout, Response, RichText, Role, TextEdit, Ui,
+    Align, Button, Grid, Id, Label, Layout, Response, RichText, Role, ScrollArea, TextEdit, Ui,
     UiBuilder, WidgetInfo, vec2,
 };
 use export::{Destination, Files, Format, HandOver, PixelBits};
@@ -26,10 +29,17 @@ use std::path::Path;
 /// Width of a number's field in points.
 const FIELD: f32 = 56.0;
 
-/// Holds whether the first control is to take the keyboard focus.
+/// Least height in points that the options have, and the queue.
+const LEAST: f32 = 96.0;
+
+/// Holds whether the first control is to take the keyboard focus, and heights in points as they were drawn last.
 #[derive(Default)]
 pub struct ExportPanel {
     focus: bool,
+    /// Of the buttons that export, with what stands above and below them.
+    add: f32,
+    /// Of the queue down to its newest export.
+    newest: f32,
 }
 
 impl ExportPanel {
@@ -44,31 +54,53 @@ impl ExportPanel {
         };
         let mut options = context.state.export_options.clone();
         ui.add_space(GAP);
-        let rows = Grid::new("order").num_columns(2).spacing([GAP, 8.0]);
-        rows.show(ui, |ui| {
-            let first = frames_ui(ui, &mut options, context.state.frames, out);
-            if std::mem::take(&mut self.focus) {
-                first.request_focus();
-            }
-            format::ui(ui, &mut options);
-            colors::ui(ui, context, &mut options);
-            picture_ui(ui, &mut options);
-            let own = longer_side(context, project, &options);
-            size_ui(ui, &mut options, own, out);
-            background_ui(ui, &mut options);
-            layers_ui(ui, &mut options);
-            hand_over_ui(ui, &mut options);
-            name_ui(ui, &mut options, out);
+        // The buttons and the newest export are seen without scrolling.
+        let below = self.add + self.newest.min(ui.available_height() / 2.0).max(LEAST);
+        let room = ui.available_height() - below - 3.0 * GAP;
+        let scrolled = ScrollArea::vertical()
+            .id_salt("options")
+            .max_height(room.max(LEAST))
+            .auto_shrink([false, true]);
+        scrolled.show(ui, |ui| {
+            self.options_ui(ui, context, (project, &mut options), out);
         });
-        colors::sentence_ui(ui, context, &options);
-        files_ui(ui, context, &mut options, &project.root);
-        cost_ui(ui, context, project, &options);
+        let top = ui.cursor().top();
         steady(ui, "add", |ui| add_ui(ui, context, out));
+        self.add = ui.cursor().top() - top;
         if options != context.state.export_options {
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         ui.add_space(GAP);
-        queue::ui(ui, context, out);
+        self.newest = queue::ui(ui, context, out);
+    }
+
+    /// What to export.
+    fn options_ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        (project, options): (&Project, &mut ExportOptions),
+        out: &mut Vec<Command>,
+    ) {
+        let rows = Grid::new("order").num_columns(2).spacing([GAP, 8.0]);
+        rows.show(ui, |ui| {
+            let first = frames_ui(ui, context.state, out);
+            if std::mem::take(&mut self.focus) {
+                first.request_focus();
+            }
+            format::ui(ui, options);
+            colors::ui(ui, context, options);
+            picture_ui(ui, options);
+            let own = longer_side(context, project, options);
+            size_ui(ui, options, own, out);
+            background_ui(ui, options);
+            layers_ui(ui, options);
+            hand_over_ui(ui, options);
+            name_ui(ui, options, out);
+        });
+        colors::sentence_ui(ui, context, options);
+        files_ui(ui, context, options, &project.root);
+        cost_ui(ui, context, project, options);
     }
 }
 
@@ -79,27 +111,15 @@ fn steady<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
 }
 
 /// Returns the first control.
-fn frames_ui(
-    ui: &mut Ui,
-    options: &mut ExportOptions,
-    frames: usize,
-    out: &mut Vec<Command>,
-) -> Response {
-    let most = frames.saturating_sub(1);
-    let (first, last) = options.range(frames);
+fn frames_ui(ui: &mut Ui, state: &State, out: &mut Vec<Command>) -> Response {
+    let most = state.frames.saturating_sub(1);
+    let (first, last) = state.range();
     let (mut from, mut to) = (first, last);
-    let plain = options.clone();
-    let reset = |frames| {
-        let frames = Some(frames);
-        let options = ExportOptions {
-            frames,
-            ..plain.clone()
-        };
-        Command::Export(ExportCommand::Options(Box::new(options)))
-    };
+    let range = |range| Command::Look(LookCommand::Range(range));
+    let reset = |frames| range(Some(frames));
     ui.label("Frames");
     let response = ui.horizontal(|ui| {
-        let field = |value| DragValue::new(value).range(0..=most).speed(0.1);
+        let field = |value| computing(value).range(0..=most).speed(0.1);
         let response = number_ui(ui, "In", field(&mut from), FIELD, out, || reset((0, last)));
         number_ui(ui, "Out", field(&mut to), FIELD, out, || {
             reset((first, most))
@@ -108,11 +128,11 @@ fn frames_ui(
             to = to.max(from);
         }
         from = from.min(to);
-        let hint = "All frames of the interview. Keys I and O set In and Out to the current frame.";
-        if choice_ui(ui, "Frames", "all", hint, options.frames.is_none()) {
-            options.frames = None;
+        let hint = "All frames. Keys: I and O set In and Out.";
+        if choice_ui(ui, "Frames", "All", hint, state.look.range.is_none()) {
+            out.push(range(None));
         } else if (from, to) != (first, last) {
-            options.frames = Some((from, to));
+            out.push(range(Some((from, to))));
         }
         response
     });
@@ -136,17 +156,17 @@ fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
         for (at, name, hint) in [
             (
                 PictureSize::Plate,
-                "plate",
+                "Plate",
                 "The whole plate, at its own resolution",
             ),
             (
                 PictureSize::Box,
-                "box",
+                "Box",
                 "The square that the network sees, at the plate's resolution",
             ),
             (
                 PictureSize::Square,
-                "square",
+                "Square",
                 "The square that the network sees, at the network's resolution",
             ),
         ] {
@@ -167,7 +187,7 @@ fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &Exp
     else {
         return;
     };
-    let (first, last) = options.range(context.state.frames);
+    let (first, last) = context.state.range();
     let frames = (last - first + 1) as f64;
     let seconds = frames * rung.frame.median / 1e3;
     let longer = options
@@ -195,7 +215,7 @@ fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &Exp
         rung.fidelity.psnr_db
     );
     ui.label(RichText::new(text).size(13.0).color(theme::QUIET))
-        .on_hover_text("As measured in Accuracy, in the workspace Review");
+        .on_hover_text("Measured in Review, Accuracy");
 }
 
 /// Pixels of the longer side that pictures have if they are not resized.
@@ -214,17 +234,12 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, own: usize, out: &mut Vec<C
     ui.horizontal(|ui| {
         let before = options.size.unwrap_or(own);
         let mut size = before;
-        let field = DragValue::new(&mut size)
-            .range(Files::SIZES)
-            .suffix(" px")
-            // The range is applied once typing has ended.
-            .update_while_editing(false);
+        let field = computing(&mut size).range(Files::SIZES).suffix(" px");
         let response = ui.add_sized(vec2(FIELD + 2.0 * GAP, 24.0), field);
-        let response = response.labelled_by(label.id).on_hover_text(
-            "The longer side. Pictures are averaged down or interpolated up, in linear light.",
-        );
-        if response.double_clicked() {
-            ui.memory_mut(|memory| memory.surrender_focus(response.id));
+        let response = response
+            .labelled_by(label.id)
+            .on_hover_text("The longer side in pixels");
+        if is_reset(ui, &response) {
             let options = ExportOptions {
                 size: None,
                 ..options.clone()
@@ -232,7 +247,7 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, own: usize, out: &mut Vec<C
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         let hint = "Not resized";
-        if choice_ui(ui, "Size", "as it is", hint, options.size.is_none()) {
+        if choice_ui(ui, "Size", "As it is", hint, options.size.is_none()) {
             options.size = None;
         } else if size != before {
             options.size = Some(size);
@@ -246,15 +261,15 @@ fn background_ui(ui: &mut Ui, options: &mut ExportOptions) {
     segments_ui(ui, |ui| {
         ui.spacing_mut().button_padding.x = 6.0;
         for (background, name, hint) in [
-            (None, "as shown", "The same background as in the picture"),
+            (None, "As shown", "The background of the picture"),
             (
                 Some(Background::Environment),
-                "environment",
-                "The environment, as the interview's camera would see it",
+                "Environment",
+                "The environment, as the camera sees it",
             ),
             (
                 Some(Background::None),
-                "none",
+                "None",
                 "No background: transparent; black in H.264",
             ),
         ] {
@@ -276,13 +291,13 @@ fn layers_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Layers");
     let has_room = options.format == Format::Exr;
     let mut layers = options.layers && has_room;
-    let tick = egui::Checkbox::new(&mut layers, "one for each lamp");
+    let tick = egui::Checkbox::new(&mut layers, "One for each lamp");
     let response = steady(ui, "layers", |ui| ui.add_enabled(has_room, tick))
         .on_hover_text(
-            "light_00.R … beside the picture, with the lamps' weights in the header. Each file is checked: the \
-             layers add up to the relit subject.",
+            "light_00.R … beside the picture; the weights are in the header. The layers add up to the relit subject, \
+             which is checked.",
         )
-        .on_disabled_hover_text("Only EXR files can hold layers");
+        .on_disabled_hover_text("Only EXR holds layers");
     if response.changed() {
         options.layers = layers;
     }
@@ -311,15 +326,9 @@ fn hand_over_ui(ui: &mut Ui, options: &mut ExportOptions) {
 
 fn hand_over_hint(program: HandOver) -> &'static str {
     match program {
-        HandOver::Nuke => {
-            "A script beside the files: a gain for each lamp, key, fill and rim, and the picture rebuilt"
-        }
-        HandOver::Blender => {
-            "A script beside the files: the compositor that rebuilds the picture, the environment as the world, a sun for each lamp"
-        }
-        HandOver::Otio => {
-            "A timeline for Resolve and other editors, with range, rate, time code and reel"
-        }
+        HandOver::Nuke => "A script with a gain for each lamp, in key, fill and rim",
+        HandOver::Blender => "A script with compositor, world and a sun for each lamp",
+        HandOver::Otio => "A timeline for Resolve and other editors",
         HandOver::Edl => "An edit decision list for Premiere, Avid and Resolve",
     }
 }
@@ -331,11 +340,14 @@ fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {
         let field = TextEdit::singleline(&mut options.name)
             .desired_width(ui.available_width() - choose - 2.0 * GAP);
         ui.add(field).labelled_by(label.id).on_hover_text(
-            "Relative to the project's folder, or a full path. The format adds frame number and extension.",
+            "A path in the project's folder, or a full one. Frame number and extension are added.",
         );
         let button = ui.add(Button::new("…").min_size(vec2(choose, 24.0)));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the file name"));
-        if button.on_hover_text("Choose the file name in a dialog").clicked() {
+        if button
+            .on_hover_text("Choose the file name in a dialog")
+            .clicked()
+        {
             out.push(Command::Dialog(Dialog::Destination));
         }
     });
@@ -344,13 +356,13 @@ fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {
 
 /// The files that will be written, and whether existing ones are replaced.
 fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, root: &Path) {
-    let (first, last) = options.range(context.state.frames);
+    let (first, last) = context.state.range();
     let to = options.to(root);
     let taken = context.existing_files.filter(|taken| taken.query.to == to);
     let taken = taken.filter(|taken| taken.files > 0);
-    let written = match taken {
-        Some(taken) if !options.replaces() => &taken.free,
-        _ => &to,
+    let written = match options.replaces() {
+        true => to.as_str(),
+        false => context.export_to,
     };
     let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
     let quiet =
@@ -378,12 +390,12 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
             files => format!("{files} files with this name already exist"),
         };
         ui.label(RichText::new(there).size(13.0).color(theme::WARNING));
-        ui.checkbox(&mut options.replace, "replace existing files")
-            .on_hover_text("If off, existing files are kept and a number is appended");
+        ui.checkbox(&mut options.replace, "Replace existing files")
+            .on_hover_text("Off: the new files get a number");
         if !options.format.is_movie() {
-            ui.checkbox(&mut options.resume, "resume a stopped export")
+            ui.checkbox(&mut options.resume, "Resume a stopped export")
                 .on_hover_text(
-                    "Keeps frames that were made of the same project, network, environment and look, and writes the others",
+                    "Writes only the frames that are missing or were made with other settings",
                 );
         }
     } else {
@@ -404,16 +416,17 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         &context.state.look,
     );
     if let Some(&lamp) = context.state.solo.first() {
-        let text = format!(
-            "{} alone, without background, as the picture shows it",
-            context.lamps_named(lamp)
-        );
+        let text = format!("Solo: {}, without background", context.lamps_named(lamp));
         ui.label(RichText::new(text).size(13.0).color(theme::ACCENT))
-            .on_hover_text("Esc lights the subject by the environment again");
+            .on_hover_text("Exports what the picture shows. Esc ends solo.");
+    } else if let Some(names) = solo_names(&context.state.look.lighting) {
+        let text = format!("Solo: {names}");
+        ui.label(RichText::new(text).size(13.0).color(theme::ACCENT))
+            .on_hover_text("Exports what the picture shows. Esc ends solo.");
     }
     ui.add_space(2.0);
-    let add = Button::new((icons::QUEUE, "Add to queue")).fill(theme::PRIMARY);
     let enabled = obstacle.is_none();
+    let add = theme::main_button(enabled, format!("{} Add to queue", icons::QUEUE));
     let row = ui.horizontal(|ui| {
         ui.spacing_mut().interact_size.y = ADD;
         let size = vec2(ui.available_width() - SEND, ADD);
@@ -440,8 +453,7 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// For which farm a job of the same export is written.
 fn farm_ui(ui: &mut Ui, out: &mut Vec<Command>) {
-    let hint = "Writes a job that relights this export on many machines, with a copy of network and look, so that work \
-                here can go on. You submit it.";
+    let hint = "Writes this export as a job for many machines, with a copy of network and look. You submit it.";
     let menu = ui.menu_button("Send to farm…", |ui| {
         for engine in Engine::ALL {
             if ui.button(format!("{}…", engine.name())).clicked() {

@@ -7,11 +7,14 @@ use crate::panels::job;
 use crate::status::RunningJob;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Button, Frame, Label, Layout, Margin, ProgressBar, RichText, ScrollArea, Ui, vec2,
+    Align, Button, Color32, Frame, Label, Layout, Margin, ProgressBar, RichText, ScrollArea, Ui,
+    vec2,
 };
 use worker::{Export, ExportStatus, WrittenExport};
 
-pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+/// Draws the queue; returns how many points it needs down to its newest export.
+pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
+    let top = ui.cursor().top();
     ui.horizontal(|ui| {
         ui.strong("Queue");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -30,14 +33,13 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     });
     if context.exports.is_empty() {
         ui.label(
-            RichText::new(
-                "The queue is empty. Exports are written one after another while you keep working, each with the \
-                 settings that it was added with.",
-            )
-            .color(theme::QUIET),
+            RichText::new("Queue is empty. Exports run one after another while you keep working.")
+                .color(theme::QUIET),
         );
-        return;
+        return ui.cursor().top() - top;
     }
+    let heading = ui.cursor().top() - top;
+    let mut newest = 0.0;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         // The newest is seen without scrolling.
         for export in context.exports.iter().rev() {
@@ -46,12 +48,16 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
                 .fill(ui.visuals().faint_bg_color)
                 .corner_radius(3)
                 .inner_margin(Margin::same(8));
-            card.show(ui, |ui| {
+            let card = card.show(ui, |ui| {
                 ui.set_width(ui.available_width());
                 export_ui(ui, export, context.status.job.as_ref(), out);
             });
+            if newest == 0.0 {
+                newest = card.response.rect.height();
+            }
         }
     });
+    heading + newest
 }
 
 fn export_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut Vec<Command>) {
@@ -81,7 +87,7 @@ fn export_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut V
             } else {
                 theme::PRIMARY
             })
-            .text(RichText::new(text).size(13.0).color(theme::TEXT));
+            .text(RichText::new(text).size(13.0).color(Color32::WHITE));
         ui.add(bar).on_hover_text(&job.note);
     }
     match &export.status {

@@ -3,10 +3,12 @@
 use super::{field_ui, quiet_ui};
 use crate::command::{Command, MatteCommand, ViewCommand};
 use crate::footage_reader::{FootagePicture, FootageView};
+use crate::matte_painting::MattePainting;
 use crate::panel_context::PanelContext;
+use crate::panels::numbers::computing;
 use crate::panels::rows::segments_ui;
 use crate::theme::{self, GAP};
-use egui::{Button, DragValue, Ui};
+use egui::{Button, Ui};
 use footage::{BrushSide, strokes};
 use project::Project;
 
@@ -95,12 +97,12 @@ fn brush_ui(ui: &mut Ui, context: &PanelContext, shown: &FootagePicture, out: &m
         for (name, hint, side) in [
             (
                 "Keep",
-                "Paint what belongs to the person. Key: X; the right button removes",
+                "Paint the person. Key: X; the right button removes",
                 BrushSide::Keep,
             ),
             (
                 "Remove",
-                "Paint what is behind. Key: X; the right button keeps",
+                "Paint the background. Key: X; the right button keeps",
                 BrushSide::Remove,
             ),
         ] {
@@ -116,12 +118,14 @@ fn brush_ui(ui: &mut Ui, context: &PanelContext, shown: &FootagePicture, out: &m
         .show(ui, |ui| {
             let mut radius = context.matte.radius(shown.size);
             let before = radius;
-            let field = DragValue::new(&mut radius)
+            let field = computing(&mut radius)
                 .range(strokes::RADII)
                 .speed(0.02 * before)
                 .max_decimals(1)
                 .suffix(" px");
-            field_ui(ui, "Radius", field);
+            if field_ui(ui, "Radius", field) {
+                radius = MattePainting::fitting_radius(shown.size);
+            }
             if radius != before {
                 out.push(Command::Matte(MatteCommand::Radius(radius)));
             }
@@ -140,7 +144,7 @@ fn found_ui(ui: &mut Ui, context: &PanelContext, frame: usize) {
             let edges = 100.0 * live.uncertain;
             quiet_ui(
                 ui,
-                &format!("Red is removed. {edges:.1} % of the pixels are edges."),
+                &format!("Red is removed. Edges: {edges:.1} % of the pixels."),
             );
         }
         None => (),
@@ -168,7 +172,8 @@ fn strokes_ui(ui: &mut Ui, context: &PanelContext, frame: usize, out: &mut Vec<C
     quiet_ui(
         ui,
         &format!(
-            "Strokes on frames {}{more}. They also correct the frames around.",
+            "Strokes on frame{} {}{more}. They correct the frames around, too.",
+            if frames.len() == 1 { "" } else { "s" },
             names.join(", ")
         ),
     );

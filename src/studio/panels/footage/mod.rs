@@ -7,15 +7,16 @@ mod square;
 mod strip;
 
 use super::{missing, notice_ui};
-use crate::command::{Command, ExportCommand, ProjectCommand, ViewCommand};
-use crate::export_options::ExportOptions;
+use crate::command::{Command, LookCommand, ProjectCommand, ViewCommand};
 use crate::footage_reader::{FootagePicture, FootageView, MatteView};
 use crate::panel_context::PanelContext;
+use crate::panels::numbers::{computing, is_reset};
 use crate::panels::rows::segments_ui;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use brush::Brush;
 use egui::{Button, DragValue, Frame, Margin, Panel, RichText, Ui, vec2};
+use footage::scan::counted;
 use project::{Framing, Padding, Project};
 use square::Square;
 use worker::Need;
@@ -130,15 +131,18 @@ impl FootagePanel {
             .spacing([GAP, 5.0])
             .show(ui, |ui| {
                 let most = 4 * width.max(height);
-                field_ui(ui, "Left", DragValue::new(&mut framing.x).speed(speed));
-                field_ui(ui, "Top", DragValue::new(&mut framing.y).speed(speed));
-                field_ui(
-                    ui,
-                    "Size",
-                    DragValue::new(&mut framing.side)
-                        .speed(speed)
-                        .range(1..=most),
-                );
+                let field = computing(&mut framing.x).speed(speed);
+                if field_ui(ui, "Left", field) {
+                    framing.x = kept.x;
+                }
+                let field = computing(&mut framing.y).speed(speed);
+                if field_ui(ui, "Top", field) {
+                    framing.y = kept.y;
+                }
+                let field = computing(&mut framing.side).speed(speed);
+                if field_ui(ui, "Size", field.range(1..=most)) {
+                    framing.side = kept.side;
+                }
                 ui.label("Outside");
                 segments_ui(ui, |ui| {
                     for padding in Padding::ALL {
@@ -195,8 +199,7 @@ impl FootagePanel {
         }
         if self.asking {
             ui.colored_label(theme::WARNING,
-                "The calibration and the network belong to the old framing. They are set aside in the project's \
-                 folder and have to be made again.",
+                "Calibration and network belong to the old framing. They are set aside: make both again.",
             );
         }
         let computed = match &context.status.phase {
@@ -233,16 +236,17 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
     ui.label(RichText::new(sentence).color(theme::QUIET));
 }
 
-fn field_ui(ui: &mut Ui, name: &str, field: DragValue) {
+/// A number's row; returns whether a double-click resets the number.
+fn field_ui(ui: &mut Ui, name: &str, field: DragValue) -> bool {
     let label = ui.label(name);
-    ui.add_sized(vec2(84.0, 24.0), field).labelled_by(label.id);
+    let field = ui.add_sized(vec2(84.0, 24.0), field).labelled_by(label.id);
     ui.end_row();
+    is_reset(ui, &field)
 }
 
 /// The in and out points for playback and export.
 fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let options = &context.state.export_options;
-    let (first, last) = options.range(context.state.frames);
+    let (first, last) = context.state.range();
     ui.horizontal(|ui| {
         for (name, hint, command) in [
             (
@@ -260,17 +264,17 @@ fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
                 out.push(command);
             }
         }
-        let all = ExportOptions {
-            frames: None,
-            ..options.clone()
-        };
-        if ui
-            .add_enabled(options.frames.is_some(), Button::new("All"))
-            .clicked()
-        {
-            out.push(Command::Export(ExportCommand::Options(Box::new(all))));
+        let is_part = context.state.look.range.is_some();
+        if ui.add_enabled(is_part, Button::new("All")).clicked() {
+            out.push(Command::Look(LookCommand::Range(None)));
         }
-        quiet_ui(ui, &format!("frames {first} to {last}"));
+        quiet_ui(
+            ui,
+            &match first == last {
+                true => format!("Frame {first}"),
+                false => format!("Frames {first} to {last}"),
+            },
+        );
     });
 }
 
@@ -302,11 +306,11 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
             let last = shoot.poses.len() - 1;
             let mut pose = context.state.pose.min(last);
             let label = ui.label("Pose");
-            let field = DragValue::new(&mut pose).range(0..=last).speed(0.1);
+            let field = computing(&mut pose).range(0..=last).speed(0.1);
             if ui.add(field).labelled_by(label.id).changed() {
                 out.push(Command::View(ViewCommand::Pose(pose)));
             }
-            quiet_ui(ui, &format!("of {last}, under {}", shoot.lamp(0)));
+            quiet_ui(ui, &format!("of 0–{last}, under {}", shoot.lamp(0)));
         });
     } else {
         range_ui(ui, context, out);
@@ -314,9 +318,9 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
         quiet_ui(
             ui,
             &format!(
-                "{}, {} frames in all",
+                "{}, {} in all",
                 shoot.frames.name(frame),
-                shoot.frames.len()
+                counted(shoot.frames.len(), "frame")
             ),
         );
     }

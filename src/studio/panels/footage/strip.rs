@@ -1,6 +1,7 @@
 //! The strip of thumbnails: as many frames as fit, spread over the clip.
 
 use crate::command::{Command, ProjectCommand, ViewCommand};
+use crate::footage_reader::Thumbnail;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::theme;
@@ -14,11 +15,12 @@ const BETWEEN: f32 = 3.0;
 pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let rect = ui.available_rect_before_wrap().shrink2(vec2(0.0, 5.0));
     let frames = spread(context.state.frames, (rect.width() / LEAST) as usize);
-    if frames != context.footage.wanted(Pane::Footage) {
-        let wanted = ProjectCommand::Thumbnails(Pane::Footage, frames.clone());
+    let wanted: Vec<_> = frames.iter().copied().map(Thumbnail::Frame).collect();
+    if wanted != context.footage.wanted(Pane::Footage) {
+        let wanted = ProjectCommand::Thumbnails(Pane::Footage, wanted);
         out.push(Command::Project(wanted));
     }
-    let (first, last) = context.state.export_options.range(context.state.frames);
+    let (first, last) = context.state.range();
     let cell = rect.width() / frames.len().max(1) as f32;
     let current = frames.partition_point(|&frame| frame <= context.state.frame);
     for (i, &frame) in frames.iter().enumerate() {
@@ -36,7 +38,7 @@ pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             )
         });
         ui.painter().rect_filled(place, 2.0, theme::WELL);
-        if let Some(picture) = context.footage.thumbnail(frame) {
+        if let Some(picture) = context.footage.thumbnail(Thumbnail::Frame(frame)) {
             let size = picture.size_vec2();
             let scale = (place.width() / size.x).min(place.height() / size.y);
             let inside = Rect::from_center_size(place.center(), scale * size);

@@ -26,7 +26,7 @@ pub fn ui(
         return;
     }
     let quiet = |text: String| RichText::new(text).size(13.0).color(theme::QUIET);
-    ui.label("Two accounts fit the pictures. Choose the one you know to be true:");
+    ui.label("Two answers fit the pictures. Which one is true?");
     let width = 0.5 * (ui.available_width() - GAP);
     ui.horizontal_top(|ui| {
         for ((case, _), picture) in view.cases.iter().zip(pictures) {
@@ -42,13 +42,13 @@ pub fn ui(
                 )));
                 let idle = context.status.job.is_none();
                 let name = if case.changed {
-                    "It was changed"
+                    "Exposure changed"
                 } else {
-                    "It was left alone"
+                    "Exposure unchanged"
                 };
-                let button = ui.add_enabled(idle, Button::new(name)).on_hover_text(
-                    "Saves this response as the project's calibration and recomputes lamps and weights",
-                );
+                let button = ui
+                    .add_enabled(idle, Button::new(name))
+                    .on_hover_text("Calibrates with this response");
                 if button.clicked() {
                     out.push(Command::Look(LookCommand::Trial(Some(case.trial()))));
                     out.push(Command::Calibration(CalibrationCommand::Start));
@@ -72,6 +72,6 @@ fn sentence(case: &Case) -> String {
             100.0 * (case.exposure - 1.0).abs()
         )
     } else {
-        format!("{percent:.0} %: exposure as on the balls")
+        format!("{percent:.0} %: exposure unchanged")
     }
 }

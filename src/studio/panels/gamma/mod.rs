@@ -6,6 +6,7 @@ mod plots;
 
 use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::numbers::computing;
 use crate::panels::{notice_ui, number_ui};
 use crate::theme::{self, GAP};
 use calibration::Trial;
@@ -259,7 +260,7 @@ fn sliders_ui(ui: &mut Ui, wanted: &mut Trial, out: &mut Vec<Command>) {
         .spacing([GAP, 4.0])
         .show(ui, |ui| {
             for (name, value, range) in exponents.chain([exposure]) {
-                let field = egui::DragValue::new(value)
+                let field = computing(value)
                     .speed(0.002)
                     .range(range.clone())
                     .fixed_decimals(3);
@@ -280,10 +281,10 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut V
         .trial
         .is_some_and(|trial| trial != view.calibrated);
     ui.horizontal(|ui| {
-        let fit = Button::new("Fit").fill(theme::PRIMARY);
+        let fit = theme::main_button(idle, "Fit");
         if ui
             .add_enabled(idle, fit)
-            .on_hover_text("Fits the response to the pictures and the mirror balls, and saves it")
+            .on_hover_text("Fits the response to the pictures and mirror balls")
             .clicked()
         {
             out.push(Command::Look(LookCommand::Trial(None)));
@@ -291,12 +292,16 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut V
         }
         if ui
             .add_enabled(idle && tried, Button::new("Use this"))
-            .on_hover_text("Saves the tried response as the project's calibration and recomputes lamps and weights. Key: Ctrl+Enter")
+            .on_hover_text("Calibrates with the tried response. Key: Ctrl+Enter")
             .clicked()
         {
             out.push(Command::Calibration(CalibrationCommand::Start));
         }
-        if ui.add_enabled(tried, Button::new("Reset")).on_hover_text("Returns to the calibrated response").clicked() {
+        if ui
+            .add_enabled(tried, Button::new("Reset"))
+            .on_hover_text("Back to the calibrated response")
+            .clicked()
+        {
             out.push(Command::Look(LookCommand::Trial(None)));
         }
     });

@@ -132,7 +132,7 @@ pub fn surface_ui(
             );
             [x, y].map(|v| range.start() + v.clamp(0.0, 1.0) * span)
         });
-    response.on_hover_text("Error of each pair of exponents: dark is small. Ring: the best fit. Cross: the pair that is tried; drag it.");
+    response.on_hover_text("Error of each pair of exponents, dark is small. Ring: best fit. Cross: the tried pair; drag it.");
     to
 }
 
@@ -205,8 +205,8 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
         line(&after, Stroke::new(1.5, color));
     }
     response.on_hover_text(
-        "How often each code from black to white occurs on the subject. Filled: the interview. Coloured line: the \
-         exemplars relit as the interview, with the tried response. Grey line: the same with a gamma of 2.2.",
+        "Codes of the subject from black to white. Filled: the interview. Coloured: exemplars relit alike with the tried \
+         response. Grey: with a gamma of 2.2.",
     );
 }
 

@@ -36,7 +36,7 @@ struct RowText<'a> {
     called: &'a str,
     name: &'a str,
     below: &'a str,
-    /// Whether the present look is this.
+    /// Whether the current look is this.
     chosen: bool,
 }
 
@@ -152,7 +152,7 @@ impl LooksPanel {
             entry(
                 ui,
                 can_write && !chosen,
-                "Update with the present look",
+                "Update with the current look",
                 update,
             );
             if ui.add_enabled(can_write, Button::new("Rename…")).clicked() {
@@ -237,8 +237,8 @@ fn row_ui(
     }
     let painter = ui.painter().clone();
     let fill = match (text.chosen, response.hovered()) {
-        (true, _) => Color32::from_gray(68),
-        (false, true) => Color32::from_gray(52),
+        (true, _) => theme::ROW_CHOSEN,
+        (false, true) => theme::ROW_HOVERED,
         (false, false) => theme::PANEL,
     };
     painter.rect_filled(rect, 3.0, fill);

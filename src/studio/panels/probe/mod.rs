@@ -6,10 +6,12 @@ use super::sphere::{self, DomeView, Mark};
 use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
+use crate::panels::numbers::computing;
 use crate::theme::{self, GAP};
 use calibration::Circle;
 use calibration::silhouette::Silhouette;
 use egui::{Button, Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
+use footage::scan::counted;
 use photograph::Photograph;
 use std::sync::Arc;
 use worker::{ProbeView, SeenLamp};
@@ -79,7 +81,9 @@ impl ProbePanel {
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
         ui.painter().image(panorama, rect, whole, Color32::WHITE);
         let mut chosen = sphere::latlong_ui(ui, rect, &response, &marks);
-        response.on_hover_text("The light in the mirror ball as a lat-long panorama. Its centre is the direction behind the subject.");
+        response.on_hover_text(
+            "The mirror ball's light as a panorama; its centre is behind the subject",
+        );
         ui.add_space(4.0);
         ui.horizontal_top(|ui| {
             chosen = chosen.or(sphere::dome_ui(ui, DOME_SIDE, &mut self.dome, &marks));
@@ -106,8 +110,8 @@ impl ProbePanel {
         let reset = || Command::Look(LookCommand::Circle(None));
         ui.horizontal(|ui| {
             let [x, y] = &mut changed.center_px;
-            for (name, value) in [("x", x), ("y", y), ("radius", &mut changed.radius_px)] {
-                let field = egui::DragValue::new(value).speed(0.1).fixed_decimals(1);
+            for (name, value) in [("X", x), ("Y", y), ("Radius", &mut changed.radius_px)] {
+                let field = computing(value).speed(0.1).fixed_decimals(1);
                 number_ui(ui, name, field, 66.0, out, reset);
             }
         });
@@ -120,7 +124,7 @@ impl ProbePanel {
             let find = ui.add_enabled(study.found.is_ok(), Button::new("Find"));
             let hint = match &study.found {
                 Ok(found) => format!(
-                    "Uses the circle found in the photographs: radius {:.1} pixels, rim within {:.2} pixels. Key: C",
+                    "The circle found in the photographs: radius {:.1} px, rim within {:.2} px. Key: C",
                     found.circle.radius_px, found.residual_px
                 ),
                 Err(sentence) => sentence.clone(),
@@ -134,19 +138,21 @@ impl ProbePanel {
                 None => "Three points".to_owned(),
             };
             let hint = "Click three points on the rim, far apart";
-            if ui.toggle_value(&mut by_points, text).on_hover_text(hint).clicked() {
+            let button = Button::selectable(by_points, text).frame_when_inactive(true);
+            if ui.add(button).on_hover_text(hint).clicked() {
+                by_points = !by_points;
                 self.photograph.points = by_points.then(Vec::new);
                 self.photograph.refused = None;
             }
             let by_hand = context.state.look.circle.is_some();
-            if ui.add_enabled(by_hand, Button::new("Reset")).on_hover_text("Returns to the project's circle").clicked() {
+            if ui.add_enabled(by_hand, Button::new("Reset")).on_hover_text("Back to the project's circle").clicked() {
                 out.push(reset());
             }
             let idle = context.status.job.is_none();
-            let calibrate = Button::new("Calibrate").fill(theme::PRIMARY);
+            let calibrate = theme::main_button(idle, "Calibrate");
             if ui
                 .add_enabled(idle, calibrate)
-                .on_hover_text("Saves this circle in the project and calibrates again. Key: Ctrl+Enter")
+                .on_hover_text("Calibrates with this circle. Key: Ctrl+Enter")
                 .clicked()
             {
                 out.push(Command::Calibration(CalibrationCommand::Start));
@@ -198,7 +204,7 @@ fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &
     ui.horizontal(|ui| {
         let name = |lamp: Option<usize>| {
             let lamp = lamp.and_then(|lamp| study.lamps.get(lamp));
-            lamp.map_or("interview", |seen| seen.lamp.name.as_str())
+            lamp.map_or("Interview", |seen| seen.lamp.name.as_str())
         };
         let label = ui.label("Photograph");
         let shown = context.state.photograph;
@@ -234,18 +240,18 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
                 100.0 * rim.rim_share
             )
         }
-        (Ok(_), _) => "no rim found".to_owned(),
-        (Err(_), _) => "not measured".to_owned(),
+        (Ok(_), _) => "No rim found".to_owned(),
+        (Err(_), _) => "Not measured".to_owned(),
     };
     let rows = [
         (
             "Rim error",
             rim,
-            "Root-mean-square distance of the rim from the circle, and how much of the rim is visible",
+            "Distance of the rim from the circle (RMS), and how much of it is visible",
         ),
         (
             "Clipped",
-            format!("{} pixels", study.clipped_pixels),
+            counted(study.clipped_pixels, "pixel"),
             "Brighter than the photograph can record; marked in magenta",
         ),
         (

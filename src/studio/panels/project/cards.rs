@@ -49,7 +49,7 @@ fn card_ui(
     out: &mut Vec<Command>,
 ) {
     let open = Command::Project(ProjectCommand::Open(recent.folder.clone()));
-    let frame = Frame::new().fill(Color32::from_gray(46)).corner_radius(4);
+    let frame = Frame::new().fill(theme::CARD).corner_radius(4);
     frame.show(ui, |ui| {
         ui.vertical(|ui| {
             ui.set_width(width);
@@ -88,7 +88,7 @@ fn thumbnail_ui(ui: &mut Ui, context: &PanelContext, recent: &Recent, width: f32
         }
         None => {
             let (icon, font) = (icons::FOLDER, FontId::proportional(28.0));
-            let gray = Color32::from_gray(84);
+            let gray = theme::PLACEHOLDER;
             painter.text(rect.center(), Align2::CENTER_CENTER, icon, font, gray);
         }
     }

@@ -78,8 +78,8 @@ impl ProjectPanel {
                 ui.heading("No project is open");
                 quiet_ui(
                     ui,
-                    "A project is a folder that refers to a shoot: the interview, a few poses under every lamp, \
-                     and the mirror balls. The shoot itself is never changed or copied.",
+                    "A project refers to a shoot: the interview, a few poses under every lamp, and mirror balls. \
+                     The shoot is never changed or copied.",
                 );
             }
         }
@@ -97,11 +97,12 @@ impl ProjectPanel {
                     Command::Dialog(Dialog::Project),
                 ),
             ] {
-                let button = Button::new((icon, words)).min_size(vec2(132.0, 28.0));
-                let button = match (icon, context.project) {
-                    (icons::ADD, None) => button.fill(theme::PRIMARY),
-                    _ => button,
-                };
+                let main = icon == icons::ADD && context.project.is_none();
+                let button = match main {
+                    true => theme::main_button(true, format!("{icon} {words}")),
+                    false => Button::new((icon, words)),
+                }
+                .min_size(vec2(132.0, 28.0));
                 if icons::named_ui(ui, true, button, words).clicked() {
                     out.push(command);
                 }
@@ -120,8 +121,7 @@ impl ProjectPanel {
         ui.strong("Demo");
         quiet_ui(
             ui,
-            "No shoot of your own? A virtual light stage makes one, and the project opens with a trained \
-             network. This takes a few minutes and 20 MB.",
+            "No shoot of your own? The demo makes one, with a trained network, in a few minutes and 20 MB.",
         );
         ui.horizontal(|ui| {
             let label = ui.label("Folder");

@@ -6,6 +6,7 @@ use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use crate::wizard::{Brought, Plan};
+use base::files::shown;
 use egui::{
     Button, ColorImage, ComboBox, Event, Id, Rect, RichText, Stroke, TextureHandle, Ui, vec2,
 };
@@ -134,7 +135,7 @@ fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
     if !any {
         quiet_ui(
             ui,
-            "Drop movies and folders here, one by one or all at once: names and brightness tell what each is",
+            "Drop movies and folders here, one by one or all at once",
         );
     }
 }
@@ -150,7 +151,7 @@ fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<String>, changed: &mut P
             ui.spacing_mut().item_spacing.y = 1.0;
             head_ui(ui, one, changed);
             let Some(candidate) = one.candidate else {
-                quiet_ui(ui, "Looking at it");
+                quiet_ui(ui, "Reading");
                 return;
             };
             quiet_ui(ui, &candidate.found);
@@ -183,7 +184,7 @@ fn head_ui(ui: &mut Ui, one: Brought, changed: &mut Plan) {
         ui.allocate_ui(vec2(room, 20.0), |ui| {
             ui.set_width(room);
             ui.add(egui::Label::new(RichText::new(&*name).strong()).truncate())
-                .on_hover_text(path.display().to_string());
+                .on_hover_text(shown(path));
         });
         let chosen = one.slot();
         let list = ComboBox::from_id_salt(("slot", path)).width(130.0);

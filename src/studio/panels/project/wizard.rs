@@ -5,9 +5,11 @@ use super::quiet_ui;
 use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
+use crate::panels::numbers::{computing, is_reset};
 use crate::theme::{self, GAP};
 use crate::wizard::{Plan, cost};
-use egui::{Button, ComboBox, DragValue, Grid, Id, RichText, TextEdit, Ui, vec2};
+use base::files::shown;
+use egui::{Button, ComboBox, Grid, Id, RichText, TextEdit, Ui, vec2};
 use footage::scan::{Line, Scan};
 
 /// Working sizes that are offered.
@@ -43,8 +45,8 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
         None if plan.shoot.trim().is_empty() => {
             quiet_ui(
                 ui,
-                "A shoot's folder holds the interview, each pose under each single lamp, the mirror balls, and \
-                 manifest.json. Choose it, type its path, or drop it here. Without one, bring its parts:",
+                "Choose, type or drop the shoot's folder (with its manifest.json), or bring the parts: the interview, each \
+                 pose under each single lamp, and the mirror balls.",
             );
             ui.add_space(0.5 * GAP);
             parts_ui(ui, context, plan, &mut changed, out);
@@ -171,17 +173,20 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
     });
     row_ui(ui, "", |ui, _| quiet_ui(ui, &cost(scan, plan)));
     row_ui(ui, "Lamps", |ui, name| {
+        let half = scan.lamps.div_ceil(2).max(1);
         let mut all = plan.lamps.is_none();
         if ui
             .checkbox(&mut all, format!("All {}", scan.lamps))
             .changed()
         {
-            changed.lamps = (!all).then_some(scan.lamps.div_ceil(2).max(1));
+            changed.lamps = (!all).then_some(half);
         }
         if let Some(count) = &mut changed.lamps {
             let most = scan.lamps.saturating_sub(1).max(1);
-            ui.add(DragValue::new(count).range(1..=most))
-                .labelled_by(name);
+            let field = ui.add(computing(count).range(1..=most)).labelled_by(name);
+            if is_reset(ui, &field) {
+                *count = half;
+            }
             quiet_ui(ui, "spread evenly; calibration still uses the others");
         }
     });
@@ -196,7 +201,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
             folder: String::new(),
             ..plan.clone()
         };
-        let hint = beside.root().unwrap_or_default().display().to_string();
+        let hint = shown(&beside.root().unwrap_or_default());
         if path_ui(
             ui,
             name,

@@ -6,13 +6,6 @@ use crate::theme;
 use egui::{RichText, TextEdit, Ui};
 use evaluation::review::{MarkedOlat, Marks, Metric, Review};
 
-/// The note being written, and the case and lamp that it belongs to.
-#[derive(Default)]
-pub struct Draft {
-    cell: Option<(String, String)>,
-    text: String,
-}
-
 /// Draws the chosen cell.
 pub struct ChosenUi<'a> {
     pub review: &'a Review,
@@ -23,19 +16,12 @@ pub struct ChosenUi<'a> {
 }
 
 impl ChosenUi<'_> {
-    pub fn ui(&self, ui: &mut Ui, draft: &mut Draft, out: &mut Vec<Command>) {
+    pub fn ui(&self, ui: &mut Ui, out: &mut Vec<Command>) {
         let (case, lamp) = self.cell;
         let (case, lamp_name) = (&self.review.cases[case], &self.review.lamps[lamp]);
         let marked = self.marks.of(&case.name, lamp_name);
         let mark = marked.and_then(|m| m.mark);
         let note = marked.map_or("", |m| m.note.as_str());
-        let name = Some((case.name.clone(), lamp_name.clone()));
-        if draft.cell != name {
-            *draft = Draft {
-                cell: name,
-                text: note.to_owned(),
-            };
-        }
         ui.strong(format!("{}, {lamp_name}", case.name));
         let figures = Metric::ALL.map(|m| {
             let text = format!("{} {}", m.name(), m.text(m.of(&case.cells[lamp])));
@@ -51,13 +37,16 @@ impl ChosenUi<'_> {
             next_ui(ui, out);
         });
         let label = ui.label(RichText::new("Note").color(theme::QUIET));
-        let field = TextEdit::multiline(&mut draft.text)
+        // It begins with the note as it is, which an undo may have changed.
+        let mut text = note.to_owned();
+        let field = TextEdit::multiline(&mut text)
+            .id_salt(("note", &case.name, lamp_name))
             .desired_rows(2)
             .desired_width(f32::INFINITY)
             .hint_text("What is right or wrong here");
         ui.add(field).labelled_by(label.id);
-        if wanted != mark || draft.text != note {
-            let marked = MarkedOlat::new(&case.name, lamp_name, wanted, &draft.text);
+        if wanted != mark || text != note {
+            let marked = MarkedOlat::new(&case.name, lamp_name, wanted, &text);
             out.push(Command::Review(ReviewCommand::Mark(Box::new(marked))));
         }
     }

@@ -85,7 +85,7 @@ impl MapUi<'_> {
             let shown = case.case == Case::Frame(self.frame);
             let color = match (shown, case.seen) {
                 (true, _) => theme::ACCENT,
-                (false, true) => Color32::from_gray(120),
+                (false, true) => theme::QUIET,
                 (false, false) => theme::TEXT,
             };
             let at = pos2(left, origin.y + (row as f32 + 0.5) * ROW);

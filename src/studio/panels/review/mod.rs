@@ -12,22 +12,21 @@ pub use sheet::LampSheetPanel;
 use crate::command::{Command, Dialog, ReviewCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::missing;
+use crate::panels::rows::segments_ui;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use base::files::shown;
 use chosen::ChosenUi;
-use egui::{Button, Color32, RichText, ScrollArea, Ui};
+use egui::{Button, RichText, ScrollArea, Ui};
 use evaluation::review::{Means, Metric, Review};
-use worker::{Blocked, SavedReview};
+use worker::SavedReview;
 
 /// Length of the list of largest errors.
 const WORST: usize = 12;
 
-/// Holds the note being written.
+/// The panel has no state of its own.
 #[derive(Default)]
-pub struct ReviewPanel {
-    note: chosen::Draft,
-}
+pub struct ReviewPanel;
 
 impl ReviewPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
@@ -42,7 +41,7 @@ impl ReviewPanel {
         });
     }
 
-    fn contents_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    fn contents_ui(&self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let kept = match &context.review.saved {
             _ if context.project.is_none() => {
                 return quiet_ui(ui, "Open a project to review its network.");
@@ -92,7 +91,7 @@ impl ReviewPanel {
                     marks: &context.review.marks,
                     metric,
                 };
-                ui_of_chosen.ui(ui, &mut self.note, out);
+                ui_of_chosen.ui(ui, out);
             }
             None => chosen::next_ui(ui, out),
         }
@@ -113,11 +112,13 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
 
 /// Why there are no figures, and the button that makes them.
 fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut Vec<Command>) {
-    if let Phase::Blocked(Blocked { sentence, need }) = &context.status.phase {
+    if let Phase::Blocked(blocked) = &context.status.phase {
         ui.label("No trained network to measure yet.");
-        quiet_ui(ui, sentence);
+        if let Some(why) = missing::why(blocked) {
+            quiet_ui(ui, why);
+        }
         if context.status.job.is_none() {
-            missing::provide_ui(ui, *need, out);
+            missing::provide_ui(ui, blocked.need, out);
         }
         return;
     }
@@ -127,7 +128,7 @@ fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut V
     };
     ui.label("Not measured yet.");
     let frames = match &kept.truth {
-        Some(folder) => format!(", and with the ground truth in {}", shown(folder)),
+        Some(folder) => format!(", and with the truth in {}", shown(folder)),
         None => String::new(),
     };
     quiet_ui(
@@ -154,51 +155,46 @@ fn buttons_ui(
         (_, false) => "Train the network first.",
         _ => "",
     };
-    let mut button = |ui: &mut Ui,
-                      text: &str,
-                      fill: Option<Color32>,
-                      able: bool,
-                      hint: &str,
-                      command: Command| {
-        let mut button = Button::new(text);
-        if let Some(fill) = fill {
-            button = button.fill(fill);
-        }
-        let response = ui.add_enabled(able, button);
-        if response
-            .on_hover_text(hint)
-            .on_disabled_hover_text(why)
-            .clicked()
-        {
-            out.push(command);
-        }
-    };
+    let mut button =
+        |ui: &mut Ui, text: &str, main: bool, able: bool, hint: &str, command: Command| {
+            let button = match main {
+                true => theme::main_button(able, text),
+                false => Button::new(text),
+            };
+            let response = ui.add_enabled(able, button);
+            if response
+                .on_hover_text(hint)
+                .on_disabled_hover_text(why)
+                .clicked()
+            {
+                out.push(command);
+            }
+        };
     ui.horizontal_wrapped(|ui| {
-        let hint =
-            "Compares every predicted OLAT with the true one, and saves the figures in the project";
+        let hint = "Compares every prediction with its photograph or truth";
         button(
             ui,
             "Measure",
-            Some(theme::PRIMARY),
+            true,
             able,
             hint,
             Command::Review(ReviewCommand::Measure(None)),
         );
-        let hint = "Measures against another ground truth: a folder that contains truth/";
+        let hint = "Measures against another folder that contains truth/";
         button(
             ui,
             "Truth…",
-            None,
+            false,
             able,
             hint,
             Command::Dialog(Dialog::Truth),
         );
         if kept.is_some_and(|kept| kept.review.is_some()) {
-            let hint = "Writes a page with figures, pictures and notes to share";
+            let hint = "A web page with figures, pictures and notes";
             button(
                 ui,
                 "Report…",
-                None,
+                false,
                 able,
                 hint,
                 Command::Dialog(Dialog::ReportPage),
@@ -208,14 +204,16 @@ fn buttons_ui(
 }
 
 fn metrics_ui(ui: &mut Ui, chosen: Metric, out: &mut Vec<Command>) {
-    ui.horizontal(|ui| {
+    segments_ui(ui, |ui| {
         for metric in Metric::ALL {
             let hint = match metric {
-                Metric::Flip => "What a viewer notices when flipping between the two pictures: 0 to 1, lower is better",
-                Metric::Psnr => "Error power relative to white, in decibels: higher is better",
+                Metric::Flip => {
+                    "What a viewer notices when flipping the pictures: 0 to 1, lower is better"
+                }
+                Metric::Psnr => "Error against white in decibels: higher is better",
                 Metric::Ssim => "Similarity of structure: up to 1, higher is better",
             };
-            let name = ui.selectable_label(metric == chosen, metric.name());
+            let name = ui.add(Button::selectable(metric == chosen, metric.name()));
             if name.on_hover_text(hint).clicked() {
                 out.push(Command::View(ViewCommand::Metric(metric)));
             }

@@ -125,7 +125,7 @@ fn title_ui(
             more => format!("Frame {frame}: {} lamps", more.len()),
         });
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let back = ui.add_enabled(!solo.is_empty(), Button::new("Back to environment"));
+            let back = ui.add_enabled(!solo.is_empty(), Button::new("All lamps"));
             if back
                 .on_hover_text("Shows the picture under the environment again")
                 .clicked()
@@ -193,7 +193,7 @@ impl LampPicture<'_> {
         let d = self.lamp.direction;
         let (azimuth, elevation) = (d.x.atan2(-d.z), d.y.clamp(-1.0, 1.0).asin());
         format!(
-            "{}: azimuth {:.0}°, elevation {:.0}°. Click to show it alone, Ctrl+click to add or remove it.",
+            "{}: azimuth {:.0}°, elevation {:.0}°. Click to solo it, Ctrl+click to add or remove it.",
             self.lamp.name,
             azimuth.to_degrees(),
             elevation.to_degrees()

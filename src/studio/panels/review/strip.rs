@@ -1,6 +1,7 @@
 //! What was measured, as a strip of thumbnails: the worst comes first.
 
 use crate::command::{Command, ProjectCommand, ReviewCommand};
+use crate::footage_reader::Thumbnail;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::theme;
@@ -25,7 +26,7 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
     let cases = review.worst_cases(metric);
     let step = WIDTH + BETWEEN;
     let size = vec2(step * cases.len() as f32, HEIGHT + 2.0 * LINE);
-    let mut frames = Vec::new();
+    let mut thumbnails = Vec::new();
     ScrollArea::horizontal()
         .id_salt("measured cases")
         .show_viewport(ui, |ui, visible| {
@@ -36,17 +37,24 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
                 let Some(case) = review.cases.get(index) else {
                     continue;
                 };
-                if let Case::Frame(frame) = case.case {
-                    frames.push(frame);
-                }
+                let lamp = review.worst_lamp(metric, index);
+                // A pose has no light but its lamps: the one that a click leads to shows it.
+                let thumbnail = match case.case {
+                    Case::Frame(frame) => Thumbnail::Frame(frame),
+                    Case::Pose(pose) => Thumbnail::Olat {
+                        pose,
+                        lamp: lamp.unwrap_or(0),
+                    },
+                };
+                thumbnails.push(thumbnail);
                 let corner = strip.min + vec2(place as f32 * step, 0.0);
                 let item = CaseItem {
                     case,
+                    thumbnail,
                     figure: format!("{} {}", metric.name(), metric.text(mean)),
                     rect: Rect::from_min_size(corner, vec2(WIDTH, size.y)),
                     chosen: context.state.chosen.is_some_and(|(case, _)| case == index),
                 };
-                let lamp = review.worst_lamp(metric, index);
                 let worst = lamp.and_then(|lamp| review.lamps.get(lamp));
                 if item.ui(ui, context, worst.map_or("", |name| name))
                     && let Some(lamp) = lamp
@@ -55,8 +63,8 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
                 }
             }
         });
-    if frames != context.footage.wanted(Pane::Review) {
-        let wanted = ProjectCommand::Thumbnails(Pane::Review, frames);
+    if thumbnails != context.footage.wanted(Pane::Review) {
+        let wanted = ProjectCommand::Thumbnails(Pane::Review, thumbnails);
         out.push(Command::Project(wanted));
     }
 }
@@ -64,6 +72,7 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
 /// A case and where it is drawn.
 struct CaseItem<'a> {
     case: &'a CaseScores,
+    thumbnail: Thumbnail,
     /// Its mean score.
     figure: String,
     rect: Rect,
@@ -93,11 +102,7 @@ impl CaseItem<'_> {
 
     fn paint(&self, painter: &Painter, context: &PanelContext, hovered: bool) {
         let place = self.rect.with_max_y(self.rect.top() + HEIGHT);
-        let thumbnail = match self.case.case {
-            Case::Frame(frame) => context.footage.thumbnail(frame),
-            Case::Pose(_) => None,
-        };
-        match thumbnail {
+        match context.footage.thumbnail(self.thumbnail) {
             Some(picture) => {
                 painter.rect_filled(place, 2.0, theme::WELL);
                 let size = picture.size_vec2();

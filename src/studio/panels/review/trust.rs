@@ -5,6 +5,7 @@ use crate::panel_context::PanelContext;
 use crate::theme;
 use confidence::{ConfidenceReport, FrameConfidence};
 use egui::{Button, RichText, Ui};
+use footage::scan::counted;
 
 /// Length of the list of frames.
 const WORST: usize = 8;
@@ -16,14 +17,14 @@ pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let Some(Ok(kept)) = &context.review.saved else {
         return;
     };
-    ui.label(RichText::new("Frames without a truth").color(theme::QUIET));
+    ui.label(RichText::new("Frames without truth").color(theme::QUIET));
     match &kept.confidence {
         Err(sentence) => {
             ui.colored_label(theme::WARNING, sentence);
         }
         Ok(None) => {
             ui.label(
-                RichText::new("Find out which frames are unlike every pose that was photographed.")
+                RichText::new("Finds frames that are unlike every photographed pose.")
                     .color(theme::QUIET),
             );
         }
@@ -31,7 +32,7 @@ pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             if !fits {
                 ui.colored_label(
                     theme::WARNING,
-                    "This was found out for another network. Look again.",
+                    "Measured with another network. Measure again.",
                 );
             }
             report_ui(ui, context, report, out);
@@ -60,14 +61,13 @@ pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         button(
             ui,
             "Compare frames with poses",
-            "Asks the network how far each frame is from the poses it learnt from; takes seconds to minutes",
+            "How far each frame is from the photographed poses; seconds to minutes",
             None,
         );
         button(
             ui,
             &format!("Estimate errors, {minutes:.0} min"),
-            "Also trains a network without each pose and compares it with that pose's photographs: says how large errors \
-             are, where in each frame, and under which lamps",
+            "Also trains a network without each pose, to find how large errors are, where and under which lamps",
             Some(minutes),
         );
     });
@@ -80,16 +80,20 @@ fn report_ui(
     out: &mut Vec<Command>,
 ) {
     let unlike = report.unlike();
-    let share = format!("{} of {} frames", unlike.len(), report.frames.len());
+    let share = format!(
+        "{} of {}",
+        unlike.len(),
+        counted(report.frames.len(), "frame")
+    );
     match unlike.is_empty() {
-        true => ui.label("No frame is farther from the poses than they are from each other."),
+        true => ui.label("All frames are like the poses."),
         false => ui.label(format!(
-            "{share} are farther from every pose than poses are from each other. The timeline marks them."
+            "{share} unlike every pose. The timeline marks them."
         )),
     };
     let mut over = context.state.doubts;
     if ui
-        .checkbox(&mut over, "Show over the picture where errors are expected")
+        .checkbox(&mut over, "Show expected errors over the picture")
         .on_hover_text("Key: D")
         .changed()
     {
@@ -106,7 +110,7 @@ fn report_ui(
     }
     let worst = report.worst_olats();
     if !worst.is_empty() {
-        ui.label("Largest expected errors, the worst lamp of each frame:");
+        ui.label("Largest expected errors, with the worst lamp:");
     }
     let lamps = context.project.map(|project| &project.settings.shoot.lamps);
     for (frame, lamp, decibels) in worst.into_iter().take(WORST) {

@@ -37,8 +37,8 @@ fn button_ui(ui: &mut Ui, key: usize, mark: Mark, chosen: bool) -> Response {
     let response = ui.add(button);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, chosen, &name));
     let hint = match chosen {
-        true => "Click to take the verdict back".to_owned(),
-        false => format!("Key: {key}, here and over the cell's pictures"),
+        true => format!("Click or press {key} again to remove it"),
+        false => format!("Key: {key}"),
     };
     response.on_hover_text(hint)
 }

@@ -9,12 +9,13 @@ use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::missing::no_picture_ui;
 use crate::panels::rows::segments_ui;
-use crate::panels::viewport::readout::{REGION_HINT, RegionReadings};
-use crate::panels::viewport::words;
-use crate::region::Region;
+use crate::panels::viewport::readout::{REGION_HINT, RegionReadings, moves};
+use crate::panels::viewport::side::{Seen, Side};
+use crate::panels::viewport::{short, words};
+use crate::region::{Region, counted_rows};
 use crate::theme::{self, GAP};
 use counts::{
-    COLORS, Histogram, REACH, SKIN_DEG, chroma, clipped, codes, histogram, parade, vectorscope,
+    COLORS, Codes, Histogram, REACH, SKIN_DEG, chroma, clipped, histogram, parade, vectorscope,
     waveform,
 };
 use egui::{
@@ -90,6 +91,8 @@ pub struct ScopesPanel {
     scale: Scale,
     /// What fills the pane.
     large: Option<Large>,
+    /// What is counted where both of two pictures are seen.
+    side: Side,
     found: Option<Found>,
     means: RegionReadings,
 }
@@ -100,11 +103,16 @@ struct Counted {
     scope: Scope,
     region: Option<Region>,
     is_large: bool,
+    side: Side,
 }
 
 struct Found {
     of: Arc<PreviewPicture>,
     counted: Counted,
+    /// Every how many rows were counted.
+    step: usize,
+    /// How many pixels stand for one that was counted.
+    share: f32,
     histogram: Histogram,
     texture: TextureHandle,
 }
@@ -115,8 +123,17 @@ impl ScopesPanel {
             return no_picture_ui(ui, context, "No picture yet", out);
         };
         let region = context.state.region;
-        self.count(ui, relit, region);
-        if let Some(words) = words(&relit.scene.viewing) {
+        let seen = Seen::now(ui, context, relit);
+        let side = match seen {
+            Seen::Alone => Side::First,
+            Seen::One(side) => side,
+            Seen::Both | Seen::Difference => self.side,
+        };
+        let moves = moves(ui, context);
+        self.count(ui, relit, (side, region), moves);
+        self.side_ui(ui, context, relit, seen);
+        let inspection = relit.scene.effects.inspection;
+        if let Some(words) = words(&relit.scene.viewing, inspection) {
             let text = format!("Counted as you see it: {words}");
             ui.label(RichText::new(text).size(12.0).color(theme::VIEWING));
         }
@@ -137,7 +154,7 @@ impl ScopesPanel {
                 let text = format!("Mean of {columns} × {rows} pixels at {left}, {top}");
                 ui.label(RichText::new(text).color(theme::QUIET))
                     .on_hover_text(REGION_HINT);
-                readings_ui(ui, self.means.of(context, relit, region));
+                readings_ui(ui, self.means.of(context, relit, region, moves));
             }
             None => {
                 let hint = "Ctrl+Shift+drag: mean of a region";
@@ -145,32 +162,80 @@ impl ScopesPanel {
                     .on_hover_text(REGION_HINT);
             }
         }
-        pixel_ui(ui, context, relit, out);
+        let is_relit = side == Side::First && relit.first.is_none();
+        pixel_ui(ui, context, (relit, is_relit), out);
     }
 
-    /// Counts the newest picture, unless that was done.
-    fn count(&mut self, ui: &Ui, relit: &Arc<PreviewPicture>, region: Option<Region>) {
+    /// Which picture is counted, where there are two; of both that are seen a person chooses.
+    fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, relit: &PreviewPicture, seen: Seen) {
+        let says = |ui: &mut Ui, name: &str| {
+            let text = RichText::new(format!("Counted: {name}")).size(12.0);
+            ui.label(text.color(theme::QUIET));
+        };
+        let first = match seen {
+            Seen::Alone if context.state.four.on => return says(ui, "current look"),
+            Seen::Alone => return,
+            Seen::One(side) => return says(ui, &side.title(context, relit)),
+            Seen::Both => Side::First.title(context, relit),
+            Seen::Difference => format!("difference × {}", context.state.gain),
+        };
+        let second = Side::Second.title(context, relit);
+        segments_ui(ui, |ui| {
+            for (side, name) in [(Side::First, first), (Side::Second, second)] {
+                let chosen = self.side == side;
+                let text = RichText::new(short(&name)).size(12.0);
+                let entry = ui.selectable_label(chosen, text);
+                entry.widget_info(|| {
+                    WidgetInfo::selected(Role::Button, true, chosen, format!("Count {name}"))
+                });
+                if entry.on_hover_text(format!("Scopes of {name}")).clicked() {
+                    self.side = side;
+                }
+            }
+        });
+    }
+
+    /// Counts the newest picture, unless that was done. Of one that moves, only some rows are counted.
+    fn count(
+        &mut self,
+        ui: &Ui,
+        relit: &Arc<PreviewPicture>,
+        (side, region): (Side, Option<Region>),
+        moves: bool,
+    ) {
         let counted = Counted {
             scope: self.scope,
             region,
             is_large: self.large == Some(Large::Scope),
+            side,
         };
-        let is_this = |found: &Found| Arc::ptr_eq(&found.of, relit) && found.counted == counted;
-        // A picture that is on the GPU alone was asked for before this pane was visible; its codes follow.
-        if self.found.as_ref().is_some_and(is_this) || relit.rgb.is_empty() {
+        let (rgb, size) = side.codes(relit);
+        let step = counted_rows(region.map_or(size, Region::size), moves);
+        let is_this = |found: &Found| {
+            Arc::ptr_eq(&found.of, relit) && found.counted == counted && found.step <= step
+        };
+        if self.found.as_ref().is_some_and(is_this) {
             return;
         }
-        let (rgb, width) = codes(relit, region);
+        if rgb.is_empty() {
+            // A picture that is on the GPU alone was asked for before this pane was visible; its codes follow.
+            self.found = self.found.take().filter(|found| found.counted.side == side);
+            return;
+        }
+        let whole = [relit.width, relit.height];
+        let codes = Codes::of(rgb, size, (region, whole), step);
         let size = WAVEFORM[usize::from(counted.is_large)];
         let picture = match self.scope {
-            Scope::Waveform => waveform(&rgb, width, size),
-            Scope::Parade => parade(&rgb, width, size),
-            Scope::Vectorscope => vectorscope(&rgb, VECTORS[usize::from(counted.is_large)]),
+            Scope::Waveform => waveform(&codes, size),
+            Scope::Parade => parade(&codes, size),
+            Scope::Vectorscope => vectorscope(&codes, VECTORS[usize::from(counted.is_large)]),
         };
         self.found = Some(Found {
             of: relit.clone(),
             counted,
-            histogram: histogram(&rgb),
+            step,
+            share: codes.share(),
+            histogram: histogram(&codes),
             texture: ui
                 .ctx()
                 .load_texture("scope", picture, TextureOptions::NEAREST),
@@ -183,7 +248,7 @@ impl ScopesPanel {
         heading_ui(ui, large, Large::Histogram, |ui| {
             ui.label(RichText::new("Histogram").color(theme::QUIET));
         });
-        let clips = [255, 0].map(|code| clipped(&found.histogram, code));
+        let clips = [255, 0].map(|code| clipped(&found.histogram, code, found.share));
         let below = clips.len() as f32 * 20.0;
         let height = match large {
             Some(_) => (room(ui) - below).max(90.0),

@@ -9,11 +9,11 @@ use egui::{Rect, RichText, Sense, Ui, pos2, vec2};
 use imaging::color::luminance;
 use worker::PreviewPicture;
 
-/// The pixel under the cursor.
+/// The pixel under the cursor. `is_relit`: the relit picture itself is seen or counted.
 pub fn pixel_ui(
     ui: &mut Ui,
     context: &PanelContext,
-    relit: &PreviewPicture,
+    (relit, is_relit): (&PreviewPicture, bool),
     out: &mut Vec<Command>,
 ) {
     ui.add_space(GAP);
@@ -23,9 +23,9 @@ pub fn pixel_ui(
         return;
     };
     ui.label(RichText::new(format!("Pixel {x}, {y}")).color(theme::QUIET));
-    readings_ui(ui, &readings(context, relit, Region::pixel([x, y])));
+    readings_ui(ui, &readings(context, relit, Region::pixel([x, y]), 1));
     if let Some(texel) = context.texel {
-        lamps_ui(ui, texel, context, relit, out);
+        lamps_ui(ui, texel, context, (relit, is_relit), out);
     }
 }
 
@@ -53,7 +53,7 @@ fn lamps_ui(
     ui: &mut Ui,
     texel: &[[f32; 3]],
     context: &PanelContext,
-    relit: &PreviewPicture,
+    (relit, is_relit): (&PreviewPicture, bool),
     out: &mut Vec<Command>,
 ) {
     let light: Vec<[f32; 3]> = texel
@@ -62,7 +62,12 @@ fn lamps_ui(
         .map(|(texel, weight)| std::array::from_fn(|c| texel[c] * weight[c]))
         .collect();
     let most = (light.iter().map(|&light| luminance(light))).fold(f32::MIN_POSITIVE, f32::max);
-    ui.label(RichText::new("Light from each lamp").color(theme::QUIET));
+    let heading = match is_relit {
+        true => "Light from each lamp",
+        // Others may have no lamps, or a light of their own.
+        false => "Light from each lamp, in the relit picture",
+    };
+    ui.label(RichText::new(heading).color(theme::QUIET));
     let size = vec2(ui.available_width(), 100.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Light by lamp"));
@@ -90,7 +95,7 @@ fn lamps_ui(
     let name = names.and_then(|names| names.get(lamp));
     let share = luminance(light[lamp]) / light.iter().map(|&l| luminance(l)).sum::<f32>();
     response.on_hover_text(format!(
-        "{}: {:.1} % of this pixel's light. Click to show it alone.",
+        "{}: {:.1} % of this pixel's light. Click to solo it.",
         name.map_or("lamp", |name| name),
         100.0 * share
     ));

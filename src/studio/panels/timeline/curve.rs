@@ -7,10 +7,11 @@ use super::track::Track;
 use crate::command::Command;
 use crate::key_selection::KeySelection;
 use crate::panel_context::PanelContext;
+use crate::panels::diamond::DIAMOND;
 use crate::theme::{self, GAP};
 use egui::{
-    Align2, Color32, FontId, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui, Vec2,
-    WidgetInfo, pos2, vec2,
+    Align2, Color32, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui,
+    Vec2, WidgetInfo, pos2, vec2,
 };
 use light::keyframes::Keyframes;
 use scene::Setting;
@@ -104,7 +105,10 @@ impl TimelinePanel {
         let area = ui.interact(rect, ui.scope_id().with("curve"), Sense::click_and_drag());
         let tangents = self.tangents_ui(ui, context, of, &plot);
         for key in keys.keys() {
-            self.key_ui(ui, context, (of, key), plot.at(key.frame, key.value), out);
+            let at = plot.at(key.frame, key.value);
+            if track.across.expand(DIAMOND).contains(at.x) {
+                self.key_ui(ui, context, (of, key), at, out);
+            }
         }
         self.drag_curve_ui(ui, context, (of, keys), &area, (&plot, &tangents), out);
         let all = keys.keys().iter();
@@ -122,7 +126,7 @@ impl TimelinePanel {
     ) -> Vec<(usize, Side, Pos2)> {
         let look = &context.state.look;
         let keys = look.keys(of);
-        let painter = ui.painter();
+        let painter = ui.painter().with_clip_rect(plot.rect.expand(KNOB));
         let mut knobs = Vec::new();
         for (index, key) in keys.keys().iter().enumerate() {
             let slopes = keys.slopes(index).unwrap_or_default();
@@ -136,6 +140,9 @@ impl TimelinePanel {
                 }
                 let at = plot.at(key.frame, key.value);
                 let knob = plot.knob(at, side, slope);
+                if !plot.rect.expand(KNOB).contains(knob) {
+                    continue;
+                }
                 let spot = Rect::from_center_size(knob, Vec2::splat(3.5 * KNOB));
                 let id = ui.scope_id().with(("tangent", side, index));
                 let response = ui.interact(spot, id, Sense::click());
@@ -173,10 +180,12 @@ impl TimelinePanel {
     ) {
         let animation = &context.state.look.animation;
         let (modifiers, from) = ui.input(|i| (i.modifiers, i.pointer.press_origin()));
-        if area.clicked() && !modifiers.shift {
+        if area.clicked() && !area.double_clicked() && !modifiers.shift {
             self.selection = KeySelection::default();
         }
-        if let Some(from) = from.filter(|_| area.drag_started()) {
+        self.set_key_ui(context, area, |_| Some((of, keys)), &plot.track, out);
+        area.context_menu(|ui| self.menu_ui(ui, context, out));
+        if let Some(from) = from.filter(|_| area.drag_started_by(PointerButton::Primary)) {
             // One that was cut off may be left.
             (self.drag, self.boxed) = (None, None);
             let knob = tangents
@@ -195,13 +204,14 @@ impl TimelinePanel {
                 }
                 (None, Some((_, key))) => {
                     self.selection = self.selection.within(of);
-                    self.grab(of, key, modifiers.shift, animation);
+                    // Shift keeps the frame here.
+                    self.grab(of, key, false, animation);
                 }
                 (None, None) => self.boxed = Some([from; 2]),
             }
         }
         if let Some((from, to)) = from.zip(area.interact_pointer_pos())
-            && area.dragged()
+            && area.dragged_by(PointerButton::Primary)
         {
             match &self.drag {
                 Some(KeyDrag::Keys {
@@ -268,7 +278,8 @@ fn plot_ui(ui: &Ui, of: Setting, keys: &Keyframes, plot: &Plot, frame: usize) {
         }
         painter.hline(rect.x_range(), y, line);
         // −0 is 0.
-        let text = format!("{:.decimals$}{}", value + 0.0, of.unit().suffix());
+        let shown = of.unit().shown(value) + 0.0;
+        let text = format!("{shown:.decimals$}{}", of.unit().suffix());
         let font = FontId::proportional(11.0);
         let at = pos2(rect.left() + GAP / 2.0, y - 1.0);
         painter.text(at, Align2::LEFT_BOTTOM, text, font, theme::QUIET);
@@ -277,7 +288,7 @@ fn plot_ui(ui: &Ui, of: Setting, keys: &Keyframes, plot: &Plot, frame: usize) {
     let columns = (rect.width().ceil().max(1.0) as usize).min(4096);
     let curve = (0..=columns).map(|column| {
         let share = column as f64 / columns as f64;
-        let frame = share * track.frames as f64 - 0.5;
+        let frame = track.between(share);
         plot.at(frame, value(frame))
     });
     painter.add(Shape::line(curve.collect(), Stroke::new(1.5, theme::KEY)));
@@ -304,10 +315,7 @@ mod tests {
         let values = span(Setting::Yaw, &flat, 10);
         assert_eq!(values, [30.0, 50.0]);
         let plot = Plot {
-            track: Track {
-                across: Rangef::new(0.0, 100.0),
-                frames: 10,
-            },
+            track: Track::new(Rangef::new(0.0, 100.0), 10, None),
             rect: Rect::from_min_size(pos2(0.0, 20.0), vec2(100.0, 80.0)),
             values,
         };

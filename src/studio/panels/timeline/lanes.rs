@@ -10,8 +10,8 @@ use crate::panels::diamond::{self, DIAMOND, diamond};
 use crate::panels::numbers::computing;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Button, Color32, Layout, Pos2, Rect, RichText, Role, Sense, Shape, Stroke, StrokeKind,
-    Ui, UiBuilder, WidgetInfo, pos2, vec2,
+    Align, Button, Color32, Layout, PointerButton, Pos2, Rect, RichText, Role, Sense, Shape,
+    Stroke, StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2,
 };
 use light::keyframes::{Key, Keyframes};
 use scene::Setting;
@@ -58,7 +58,10 @@ impl TimelinePanel {
         let at = |row: usize, frame: f64| pos2(track.x(frame), rows[row].center().y);
         for (row, (of, keys)) in lanes.iter().enumerate() {
             for key in keys.keys() {
-                self.key_ui(ui, context, (*of, key), at(row, key.frame), out);
+                let at = at(row, key.frame);
+                if across.contains(at.x) {
+                    self.key_ui(ui, context, (*of, key), at, out);
+                }
             }
         }
         let key_at = |pos: Pos2| -> Option<(Setting, Key)> {
@@ -69,7 +72,13 @@ impl TimelinePanel {
             });
             nearest(all, pos)
         };
+        let lane_at = |pos: Pos2| {
+            let row = rows.iter().position(|row| row.y_range().contains(pos.y))?;
+            lanes.get(row).copied()
+        };
+        self.set_key_ui(context, &area, lane_at, track, out);
         self.drag_ui(ui, context, &area, track, key_at, out);
+        area.context_menu(|ui| self.menu_ui(ui, context, out));
         let all = lanes.iter().enumerate();
         let all = all.flat_map(|(row, (of, keys))| {
             let keys = keys.keys().iter();
@@ -124,10 +133,12 @@ impl TimelinePanel {
         diamond::after_ui(ui, context, (&[of], &lane), out);
         self.curve_button_ui(ui, of, &title);
         let unit = of.unit();
-        let mut value = look.value(of).unwrap_or_default();
+        let shown = |value: f32| unit.shown(f64::from(value)) as f32;
+        let mut value = shown(look.value(of).unwrap_or_default());
+        let range = of.range();
         let field = computing(&mut value)
             .speed(unit.step() / 20.0)
-            .range(of.range())
+            .range(shown(*range.start())..=shown(*range.end()))
             .fixed_decimals(unit.decimals())
             .suffix(unit.suffix());
         let width = VALUE.min(0.4 * ui.available_width());
@@ -135,7 +146,8 @@ impl TimelinePanel {
         if field.changed() {
             let mut keys = look.keys(of).clone();
             let frame = context.state.frame as f64;
-            if keys.insert(frame, of.bounded(f64::from(value))).is_ok() {
+            let value = of.bounded(unit.of_shown(f64::from(value)));
+            if keys.insert(frame, value).is_ok() {
                 out.push(Command::Look(LookCommand::Keys(vec![(of, keys)])));
             }
         }
@@ -146,9 +158,12 @@ impl TimelinePanel {
             let response = ui.add(name);
             response.widget_info(|| WidgetInfo::selected(Role::Button, true, is_chosen, &lane));
             if response.clicked() {
-                self.chosen = Some(of);
+                // A second click gives it up; its curve stays.
+                let stays = self.curves || !is_chosen;
+                self.chosen = stays.then_some(of);
             }
             if response.double_clicked() {
+                self.chosen = Some(of);
                 self.selection = KeySelection::lane(of, &look.animation);
             }
             response.context_menu(|ui| {
@@ -164,8 +179,9 @@ impl TimelinePanel {
                     ui.close();
                 }
             });
-            let hint =
-                format!("{title}: click to choose the lane, double-click to select its keys");
+            let hint = format!(
+                "{title}: click to choose the lane or give it up, double-click to select its keys"
+            );
             response.on_hover_text(hint).id
         });
         field.labelled_by(named.inner);
@@ -246,9 +262,33 @@ impl TimelinePanel {
         response.on_hover_text(format!(
             "{name}: {:.*}{}. Click to go there, drag to move it, right-click to shape it, Delete to remove it.",
             unit.decimals(),
-            key.value,
+            unit.shown(key.value),
             unit.suffix()
         ));
+    }
+
+    /// A double-click on an empty place of a lane sets a key there, with the value that the lane has.
+    pub(super) fn set_key_ui<'a>(
+        &mut self,
+        context: &PanelContext,
+        area: &egui::Response,
+        lane_at: impl Fn(Pos2) -> Option<(Setting, &'a Keyframes)>,
+        track: &Track,
+        out: &mut Vec<Command>,
+    ) {
+        let at = area
+            .interact_pointer_pos()
+            .filter(|_| area.double_clicked());
+        let Some((at, (of, keys))) = at.and_then(|at| Some((at, lane_at(at)?))) else {
+            return;
+        };
+        let frame = track.frame_at(at.x) as f64;
+        let mut keys = keys.clone();
+        let value = of.bounded(keys.at(frame).unwrap_or_default());
+        if keys.insert(frame, value).is_ok() {
+            (self.chosen, self.selection) = (Some(of), KeySelection::one(of, frame));
+            push_changed(vec![(of, keys)], &context.state.look.animation, out);
+        }
     }
 
     /// Moves the selected keys while one of them is dragged.
@@ -263,10 +303,10 @@ impl TimelinePanel {
     ) {
         let shift = ui.input(|input| input.modifiers.shift);
         let animation = &context.state.look.animation;
-        if area.clicked() && !shift {
+        if area.clicked() && !area.double_clicked() && !shift {
             self.selection = KeySelection::default();
         }
-        if area.drag_started()
+        if area.drag_started_by(PointerButton::Primary)
             && let Some(from) = ui.input(|input| input.pointer.press_origin())
         {
             // One that was cut off may be left.
@@ -284,7 +324,7 @@ impl TimelinePanel {
             }),
             Some(to),
         ) = (&self.drag, area.interact_pointer_pos())
-            && area.dragged()
+            && area.dragged_by(PointerButton::Primary)
         {
             let frames = track.frame_at(to.x) as f64 - key.frame;
             let last = context.state.frames.saturating_sub(1);

@@ -1,14 +1,47 @@
-//! The menu of the selected keys: how they go on, and what is done with them.
+//! The menu of the keys: how the selected ones go on, and what is done with them.
 
 use super::TimelinePanel;
 use super::lanes::push_changed;
 use crate::command::Command;
+use crate::key_selection::Onto;
 use crate::panel_context::PanelContext;
-use egui::{Button, Ui};
+use egui::{Button, Ui, ViewportCommand};
 use light::keyframes::Interpolation;
 
 impl TimelinePanel {
     pub(super) fn menu_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        if !self.selection.is_empty() {
+            self.selected_ui(ui, context, out);
+        }
+        let paste = ui.add(Button::new("Paste").shortcut_text("Ctrl+V"));
+        if paste.clicked() {
+            self.ask_to_paste(ui, Onto::Lane(self.chosen));
+        }
+        let lights = &context.state.look.lighting.placed;
+        if !lights.is_empty() {
+            ui.menu_button("Paste onto", |ui| {
+                for (i, light) in lights.iter().enumerate() {
+                    if ui.button(light.title(i)).clicked() {
+                        self.ask_to_paste(ui, Onto::Light(light.id));
+                    }
+                }
+            });
+        }
+        let all = Button::new("Select all keys").shortcut_text("Ctrl+A");
+        if ui.add(all).clicked() {
+            self.select_all(&context.state.look.animation);
+            ui.close();
+        }
+    }
+
+    /// Has the system say what is on its clipboard.
+    fn ask_to_paste(&mut self, ui: &Ui, onto: Onto) {
+        self.awaited = Some(onto);
+        ui.ctx().send_viewport_cmd(ViewportCommand::RequestPaste);
+        ui.close();
+    }
+
+    fn selected_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let animation = &context.state.look.animation;
         let now = self.selection.kind(animation);
         for (kind, name) in Interpolation::ALL {
@@ -24,10 +57,16 @@ impl TimelinePanel {
             ui.close();
         }
         ui.separator();
-        let (copy, remove) = match self.selection.len() {
-            1 => ("Copy key".to_owned(), "Remove key".to_owned()),
-            keys => (format!("Copy {keys} keys"), format!("Remove {keys} keys")),
+        let keys = match self.selection.len() {
+            1 => "key".to_owned(),
+            keys => format!("{keys} keys"),
         };
+        let [cut, copy, remove] = ["Cut", "Copy", "Remove"].map(|act| format!("{act} {keys}"));
+        if ui.add(Button::new(cut).shortcut_text("Ctrl+X")).clicked() {
+            ui.copy_text(self.selection.copied(animation));
+            push_changed(self.selection.removed(animation), animation, out);
+            ui.close();
+        }
         if ui.add(Button::new(copy).shortcut_text("Ctrl+C")).clicked() {
             ui.copy_text(self.selection.copied(animation));
             ui.close();

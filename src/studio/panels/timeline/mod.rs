@@ -7,21 +7,23 @@ mod menu;
 mod scrub;
 mod track;
 
-use crate::command::{Command, ViewCommand};
+use crate::command::{Command, LookCommand, TimelineCommand, ViewCommand};
 use crate::icons;
-use crate::key_selection::{KeySelection, pasted};
+use crate::key_selection::{KeySelection, Onto, pasted};
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
+use crate::panels::numbers::computing;
+use crate::state::State;
 use crate::theme::{self, GAP};
 use drag::KeyDrag;
 use egui::{
-    DragValue, Event, Key, Label, Modifiers, Pos2, Rangef, Rect, RichText, ScrollArea, Stroke, Ui,
-    UiBuilder,
+    Button, CursorIcon, Event, Key, Label, Modifiers, PointerButton, Pos2, Rangef, Rect, RichText,
+    ScrollArea, Stroke, Ui, UiBuilder, pos2, vec2,
 };
 use lanes::push_changed;
-use scene::Setting;
+use scene::{Animation, Setting};
 use scrub::HANDLE;
-use track::Track;
+use track::{FIT, RULER, Sight, Track};
 
 /// A pane of fewer points has the scrub bar below the buttons, not beside them, and lanes with names this wide.
 const WIDE: f32 = 600.0;
@@ -48,6 +50,18 @@ pub struct TimelinePanel {
     has_focus: bool,
     /// Why something could not be done, until the next press.
     note: Option<String>,
+    /// Where the clipboard's keys go, once the system has said what they are.
+    awaited: Option<Onto>,
+    /// The frames in sight; None for all.
+    sight: Option<Sight>,
+    /// The current frame and the clip's number of frames when it was drawn last.
+    drawn: (usize, usize),
+    /// The place that the pointer holds while it moves the frames.
+    held: Option<f32>,
+    /// The pointer is over it.
+    is_hovered: bool,
+    /// There are more lanes than fit: the wheel scrolls them.
+    lanes_scroll: bool,
 }
 
 impl TimelinePanel {
@@ -57,7 +71,7 @@ impl TimelinePanel {
         self.chosen = self.chosen.filter(|of| look.is_keyed(*of));
         self.has_focus = false;
         if ui.input(|input| input.pointer.any_pressed()) {
-            self.note = None;
+            (self.note, self.awaited) = (None, None);
         }
         let area = ui.available_rect_before_wrap();
         let is_wide = area.width() >= WIDE;
@@ -75,12 +89,12 @@ impl TimelinePanel {
         };
         // The bar to scroll by covers nothing.
         let across = Rangef::new(area.left() + gutter + HANDLE, area.right() - HANDLE - GAP);
-        let track = Track {
-            across,
-            frames: context.state.frames,
-        };
         let bar = Rect::from_x_y_ranges(across.expand(HANDLE), top..=top + scrub::HEIGHT);
+        let track = self.track(ui, context.state, (area, bar.bottom()), across);
         scrub::scrub_ui(ui, context, &track, bar, out);
+        if track.sight().is_some() {
+            self.fit_ui(ui, pos2(across.max, bar.top()));
+        }
         let below = area.with_min_y(bar.bottom() + 2.0);
         if look.animation.is_empty() {
             Self::empty_ui(ui, below);
@@ -88,7 +102,9 @@ impl TimelinePanel {
             self.below_ui(ui, context, (track, gutter), below, out);
             let head = Stroke::new(1.0, theme::ACCENT);
             let now = track.x(context.state.frame as f64);
-            ui.painter().vline(now, below.y_range(), head);
+            if track.has(now) {
+                ui.painter().vline(now, below.y_range(), head);
+            }
         }
         self.press_ui(ui, context, out);
         if let Some(note) = &self.note {
@@ -98,6 +114,120 @@ impl TimelinePanel {
             let text = RichText::new(note).small().color(theme::WARNING);
             ui.put(place, Label::new(text).wrap());
         }
+    }
+
+    /// Whether the pointer is over it.
+    pub fn is_hovered(&self) -> bool {
+        self.is_hovered
+    }
+
+    /// What a key does. Returns a command that is left to apply.
+    pub fn apply(&mut self, command: TimelineCommand, state: &State) -> Option<Command> {
+        let animation = &state.look.animation;
+        match command {
+            TimelineCommand::ShowAll => self.sight = None,
+            TimelineCommand::SelectAll => self.select_all(animation),
+            TimelineCommand::StepKey(step) => {
+                let frame = self.key_beside(step > 0, state)?;
+                return Some(Command::View(ViewCommand::Frame(frame)));
+            }
+            TimelineCommand::Nudge(frames) if !self.selection.is_empty() => {
+                let last = state.frames.saturating_sub(1);
+                let moved = self.selection.moved(animation, frames as f64, 0.0, last);
+                self.selection = moved.1;
+                return Some(Command::Look(LookCommand::Keys(moved.0)));
+            }
+            TimelineCommand::Nudge(_) => self.note = Some("Select keys to move them".to_owned()),
+        }
+        None
+    }
+
+    /// The nearest frame after the current one, or before it, with a key in the chosen lane, or in any if none is chosen.
+    fn key_beside(&self, after: bool, state: &State) -> Option<usize> {
+        let lanes = state.look.animation.lanes();
+        let lanes = lanes.filter(|(of, _)| self.chosen.is_none_or(|chosen| chosen == *of));
+        let frames = lanes.flat_map(|(_, keys)| keys.keys());
+        let frames = frames.map(|key| key.frame.round().max(0.0) as usize);
+        let frames = frames.filter(|frame| *frame < state.frames);
+        match after {
+            true => frames.filter(|frame| *frame > state.frame).min(),
+            false => frames.filter(|frame| *frame < state.frame).max(),
+        }
+    }
+
+    /// Selects all keys of the curve, or of the lanes.
+    fn select_all(&mut self, animation: &Animation) {
+        let curve = self.chosen.filter(|_| self.curves);
+        self.selection = match curve {
+            Some(of) => KeySelection::lane(of, animation),
+            None => KeySelection::all(animation),
+        };
+    }
+
+    /// The frames in sight: zoomed and moved by wheel and pointer, and with the current frame once that has changed.
+    fn track(
+        &mut self,
+        ui: &Ui,
+        state: &State,
+        (area, lanes): (Rect, f32),
+        across: Rangef,
+    ) -> Track {
+        if self.drawn.1 != state.frames {
+            self.sight = None;
+        }
+        let with = |sight| Track::new(across, state.frames, sight);
+        if self.drawn.0 != state.frame {
+            self.sight = with(self.sight).showing(state.frame);
+        }
+        self.drawn = (state.frame, state.frames);
+        self.is_hovered = ui.rect_contains_pointer(area);
+        let pointer = ui.input(|input| input.pointer.latest_pos());
+        if let Some(at) = pointer.filter(|_| self.is_hovered) {
+            let (zoom, wheel) = ui.input(|input| (input.zoom_delta(), input.smooth_scroll_delta()));
+            if zoom != 1.0 {
+                self.sight = with(self.sight).zoomed(zoom, at.x);
+            }
+            let scrolls = self.lanes_scroll && at.y > lanes && !(self.curves && at.x > across.min);
+            let along = wheel.x + if scrolls { 0.0 } else { wheel.y };
+            if along != 0.0 {
+                self.sight = with(self.sight).panned(along);
+            }
+        }
+        let middle = PointerButton::Middle;
+        let (pressed, down, origin) = ui.input(|input| {
+            let pointer = &input.pointer;
+            let pressed = pointer.button_pressed(middle);
+            (pressed, pointer.button_down(middle), pointer.press_origin())
+        });
+        if pressed && self.is_hovered {
+            self.held = origin.map(|origin| origin.x);
+        }
+        match (self.held.filter(|_| down), pointer) {
+            (Some(from), Some(to)) => {
+                self.sight = with(self.sight).panned(to.x - from);
+                self.held = Some(to.x);
+                ui.set_cursor_icon(CursorIcon::Grabbing);
+            }
+            _ => self.held = None,
+        }
+        with(self.sight)
+    }
+
+    /// The button that shows all frames, at the right end of the ruler.
+    fn fit_ui(&mut self, ui: &mut Ui, corner: Pos2) {
+        let least = corner + vec2(-FIT, 3.0);
+        let place = Rect::from_min_size(least, vec2(FIT, RULER - 4.0));
+        ui.painter().rect_filled(place, 2.0, theme::PANEL);
+        ui.scope_builder(UiBuilder::new().max_rect(place), |ui| {
+            ui.spacing_mut().interact_size.y = place.height();
+            ui.spacing_mut().button_padding = vec2(3.0, 0.0);
+            let icon = RichText::new(icons::FIT).size(12.0);
+            let button = Button::new(icon).min_size(place.size());
+            let response = icons::named_ui(ui, true, button, "Show all frames");
+            if response.on_hover_text("Shows all frames. Key: F").clicked() {
+                self.sight = None;
+            }
+        });
     }
 
     /// The lanes, or their names beside a curve.
@@ -116,10 +246,11 @@ impl TimelinePanel {
         };
         ui.scope_builder(UiBuilder::new().max_rect(place), |ui| {
             let lanes = ScrollArea::vertical().id_salt("lanes").auto_shrink(false);
-            lanes.show(ui, |ui| match curve {
+            let shown = lanes.show(ui, |ui| match curve {
                 Some(_) => drop(self.names_ui(ui, context, gutter - GAP, out)),
                 None => self.lanes_ui(ui, context, (&track, gutter - GAP), out),
             });
+            self.lanes_scroll = shown.content_size.y > shown.inner_rect.height() + 1.0;
         });
         if let Some(of) = curve {
             let down = below.y_range();
@@ -131,15 +262,16 @@ impl TimelinePanel {
     /// Copies, pastes and removes keys, if the keyboard is the timeline's.
     fn press_ui(&mut self, ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let is_ours = context.state.active == Pane::Timeline || self.has_focus;
-        if !is_ours || ui.ctx().text_edit_focused() {
+        let takes = is_ours || self.awaited.is_some();
+        if !takes || ui.ctx().text_edit_focused() {
             return;
         }
         let (mut copies, mut cuts, mut pastes) = (false, false, None);
         ui.input_mut(|input| {
             input.events.retain(|event| {
                 match event {
-                    Event::Copy => copies = true,
-                    Event::Cut => cuts = true,
+                    Event::Copy if is_ours => copies = true,
+                    Event::Cut if is_ours => cuts = true,
                     Event::Paste(text) => pastes = Some(text.clone()),
                     _ => return true,
                 }
@@ -148,7 +280,7 @@ impl TimelinePanel {
         });
         let look = &context.state.look;
         let animation = &look.animation;
-        if !self.selection.is_empty() {
+        if is_ours && !self.selection.is_empty() {
             if copies || cuts {
                 ui.copy_text(self.selection.copied(animation));
             }
@@ -158,7 +290,7 @@ impl TimelinePanel {
             }
         }
         if let Some(text) = pastes {
-            let onto = self.chosen;
+            let onto = self.awaited.take().unwrap_or(Onto::Lane(self.chosen));
             match pasted(
                 &text,
                 context.state.frame,
@@ -218,7 +350,7 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         }
     });
     let mut frame = state.frame;
-    let field = DragValue::new(&mut frame).range(0..=last).speed(0.1);
+    let field = computing(&mut frame).range(0..=last).speed(0.1);
     let label = ui.label("Frame");
     let response = ui.add(field).labelled_by(label.id);
     if response.changed() {

@@ -1,13 +1,12 @@
 //! The scrub bar: the ruler, the range between in and out, the frames that are cached, and the current frame.
 
 use super::track::{RULER, Track};
-use crate::command::{Command, ExportCommand, ViewCommand};
-use crate::export_options::ExportOptions;
+use crate::command::{Command, LookCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::{
-    Align2, Color32, CornerRadius, CursorIcon, FontId, Rangef, Rect, Role, Sense, Stroke, Ui,
-    WidgetInfo, pos2, vec2,
+    Align2, Color32, CornerRadius, CursorIcon, FontId, PointerButton, Rangef, Rect, Role, Sense,
+    Stroke, Ui, WidgetInfo, pos2, vec2,
 };
 
 /// Width of an in or out handle in points.
@@ -15,6 +14,8 @@ pub const HANDLE: f32 = 12.0;
 /// What is between the ruler and the bottom: the bar, and the line of what is cached.
 const BAR: f32 = 16.0;
 const CACHE: f32 = 2.0;
+/// Height of the mark that says which part of the clip is in sight.
+const OVERVIEW: f32 = 3.0;
 /// Height of all of it.
 pub const HEIGHT: f32 = RULER + BAR + CACHE + 2.0;
 /// Width that the number beside a handle takes.
@@ -36,27 +37,28 @@ pub fn scrub_ui(
     let bar = Rangef::new(top, top + BAR);
     let painter = ui.painter();
     track.ruler_ui(painter, rect);
+    overview_ui(ui, track, rect);
     painter.rect_filled(Rect::from_x_y_ranges(track.across, bar), 2.0, theme::WELL);
-    let (first, last) = state.export_options.range(state.frames);
-    let within = Rangef::new(track.span(first).min, track.span(last).max);
-    painter.rect_filled(
-        Rect::from_x_y_ranges(within, bar),
-        0.0,
-        Color32::from_gray(64),
-    );
+    let (first, last) = state.range();
+    if let Some(within) = track.run(first, last) {
+        let within = Rect::from_x_y_ranges(within, bar);
+        painter.rect_filled(within, 0.0, Color32::from_gray(64));
+    }
     let cached = Rangef::new(bar.max + 1.0, bar.max + 1.0 + CACHE);
-    for &frame in context.relit.iter().flat_map(|relit| &relit.frames_at_hand) {
-        let line = Rect::from_x_y_ranges(track.span(frame), cached);
+    let at_hand = context.relit.iter().flat_map(|relit| &relit.frames_at_hand);
+    for line in lines(track, at_hand.copied()) {
+        let line = Rect::from_x_y_ranges(line, cached);
         painter.rect_filled(line, 0.0, theme::CACHED);
     }
     let trust = context.review.confidence();
     for unlike in trust.iter().flat_map(|report| report.unlike()) {
         let until = unlike.frame + trust.map_or(1, |report| report.every) - 1;
         let until = until.min(state.frames.saturating_sub(1));
-        let marked = Rangef::new(track.span(unlike.frame).min, track.span(until).max);
-        let above = Rangef::new(bar.min, bar.min + 3.0);
-        let mark = Rect::from_x_y_ranges(marked, above);
-        painter.rect_filled(mark, 0.0, theme::WARNING);
+        if let Some(marked) = track.run(unlike.frame, until) {
+            let above = Rangef::new(bar.min, bar.min + 3.0);
+            let mark = Rect::from_x_y_ranges(marked, above);
+            painter.rect_filled(mark, 0.0, theme::WARNING);
+        }
     }
     if let Some(at) = response.hover_pos().filter(|_| !response.dragged()) {
         let frame = track.frame_at(at.x);
@@ -70,26 +72,55 @@ pub fn scrub_ui(
         });
         if let Some(times) = unlike {
             response.clone().on_hover_text(format!(
-                "Frame {frame} is unlike every pose: {times:.1} times as far from the nearest as any pose is from the \
-                 others. Expect larger errors here."
+                "Frame {frame} is unlike every pose ({times:.1} times as far as poses are apart). Expect larger errors."
             ));
         }
     }
     if let Some(at) = response.interact_pointer_pos() {
         let frame = track.frame_at(at.x);
-        if (response.clicked() || response.dragged()) && frame != state.frame {
+        let is_dragged = response.dragged_by(PointerButton::Primary);
+        if (response.clicked() || is_dragged) && frame != state.frame {
             out.push(Command::View(ViewCommand::Frame(frame)));
         }
     }
     let head = track.span(state.frame);
-    let head = Rect::from_center_size(
-        pos2(head.center(), bar.center()),
-        vec2(head.span().clamp(4.0, 10.0), BAR + 4.0),
-    );
-    ui.painter().rect_filled(head, 2.0, theme::ACCENT);
+    if track.has(head.center()) {
+        let size = vec2(head.span().clamp(4.0, 10.0), BAR + 4.0);
+        let head = Rect::from_center_size(pos2(head.center(), bar.center()), size);
+        ui.painter().rect_filled(head, 2.0, theme::ACCENT);
+    }
     if state.frames > 1 {
         handles_ui(ui, context, track, bar, out);
     }
+}
+
+/// Where the frames are as lines, one for each run of them.
+fn lines(track: &Track, frames: impl Iterator<Item = usize>) -> Vec<Rangef> {
+    let mut frames: Vec<usize> = frames.collect();
+    frames.sort_unstable();
+    let runs = frames.chunk_by(|one, next| next - one <= 1);
+    let ends = runs.filter_map(|run| run.first().zip(run.last()));
+    ends.filter_map(|(first, last)| track.run(*first, *last))
+        .collect()
+}
+
+/// A mark above the ruler that says which part of the clip is in sight, if it is not all of it.
+fn overview_ui(ui: &Ui, track: &Track, rect: Rect) {
+    let Some(sight) = track.sight() else {
+        return;
+    };
+    let whole = Rect::from_x_y_ranges(track.across, rect.top()..=rect.top() + OVERVIEW);
+    let x = |frame: f64| whole.left() + whole.width() * (frame / track.frames as f64) as f32;
+    let shown = Rangef::new(x(sight.from), x(sight.from + sight.frames));
+    // It stays visible, however small the part is.
+    let shown = shown.expand((3.0 - shown.span()).max(0.0) / 2.0);
+    let response = ui.interact(whole, ui.scope_id().with("overview"), Sense::hover());
+    let (first, last) = track.ends();
+    let name = format!("Frames {first} to {last} are in sight");
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
+    ui.painter().rect_filled(whole, 1.0, Color32::from_gray(64));
+    let shown = Rect::from_x_y_ranges(shown, whole.y_range());
+    ui.painter().rect_filled(shown, 1.0, theme::TEXT);
 }
 
 /// The number of the frame under the pointer, over the ruler.
@@ -108,14 +139,16 @@ fn hovered_ui(ui: &Ui, track: &Track, rect: Rect, frame: usize) {
 /// The handles of the in and the out point, each with its frame beside it.
 fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: &mut Vec<Command>) {
     let state = context.state;
-    let last_frame = state.frames.saturating_sub(1);
-    let (first, last) = state.export_options.range(state.frames);
+    let (first, last) = state.range();
     let (left, right) = (track.span(first).min, track.span(last).max);
     let is_wide = right - left > 2.0 * NUMBER + 12.0;
     for (is_in, name, key, frame, edge) in [
         (true, "In point", "I", first, left),
         (false, "Out point", "O", last, right),
     ] {
+        if !track.has(edge) {
+            continue;
+        }
         let outwards = if is_in { -1.0 } else { 1.0 };
         let across = Rangef::new(
             edge.min(edge + outwards * HANDLE),
@@ -163,7 +196,7 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
         }
         if let Some(to) = response
             .interact_pointer_pos()
-            .filter(|_| response.dragged())
+            .filter(|_| response.dragged_by(PointerButton::Primary))
         {
             let cut = track.cut_at(to.x - outwards * 0.5 * HANDLE);
             let frames = match is_in {
@@ -171,15 +204,31 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
                 false => (first, cut.saturating_sub(1).max(first)),
             };
             if frames != (first, last) {
-                let options = ExportOptions {
-                    frames: Some(frames).filter(|all| *all != (0, last_frame)),
-                    ..state.export_options.clone()
-                };
-                out.push(Command::Export(ExportCommand::Options(Box::new(options))));
+                out.push(Command::Look(LookCommand::Range(Some(frames))));
             }
         }
         response
             .on_hover_cursor(CursorIcon::ResizeHorizontal)
             .on_hover_text(format!("{label}: drag it. Key: {key}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_covers_the_frames_that_are_cached_and_no_other() {
+        let track = Track::new(Rangef::new(0.0, 80.0), 8, None);
+        let line = |min, max| Rangef::new(min, max);
+        let found = lines(&track, [6, 1, 0, 3, 2].into_iter());
+        assert_eq!(found, [line(0.0, 40.0), line(60.0, 70.0)]);
+        assert!(lines(&track, std::iter::empty()).is_empty());
+        // Of a part of the clip.
+        let sight = track.zoomed(2.0, 80.0);
+        let part = Track::new(track.across, 8, sight);
+        assert_eq!(part.ends(), (4, 7));
+        let found = lines(&part, [2, 3, 4, 7].into_iter());
+        assert_eq!(found, [line(0.0, 20.0), line(60.0, 80.0)]);
     }
 }

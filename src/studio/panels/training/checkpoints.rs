@@ -41,7 +41,7 @@ pub fn title(kept: &SavedCheckpoint) -> String {
 /// A short name: the step alone.
 pub fn short(kept: &SavedCheckpoint) -> String {
     match kept.info.step {
-        0 => "starting point".to_owned(),
+        0 => "Start".to_owned(),
         step => format!("step {step}"),
     }
 }
@@ -60,24 +60,30 @@ fn row_ui(ui: &mut Ui, kept: &SavedCheckpoint, idle: bool, out: &mut Vec<Command
     let info = &kept.info;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GAP;
-        let color = if kept.present { theme::ACCENT } else { theme::TEXT };
+        let color = if kept.present {
+            theme::ACCENT
+        } else {
+            theme::TEXT
+        };
         ui.label(RichText::new(title(kept)).size(12.5).color(color))
             .on_hover_text(details(kept));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if kept.present {
-                ui.label(RichText::new("current").size(12.0).color(theme::QUIET));
+                ui.label(RichText::new("Current").size(12.0).color(theme::QUIET));
                 return;
             }
             let back = Button::new(RichText::new("Go back").size(12.5)).min_size(vec2(64.0, 20.0));
-            let response = ui.add_enabled(idle, back).on_hover_text(
-                "Makes this the current checkpoint; the one in use moves to the list. Training resumes from here.",
-            );
+            let response = ui
+                .add_enabled(idle, back)
+                .on_hover_text("Training resumes from here. The current one moves to the list.");
             response.widget_info(|| {
                 let name = format!("Go back to step {}", info.step);
                 WidgetInfo::labeled(egui::Role::Button, idle, name)
             });
             if response.clicked() {
-                out.push(Command::Training(TrainingCommand::GoBack(kept.name.clone())));
+                out.push(Command::Training(TrainingCommand::GoBack(
+                    kept.name.clone(),
+                )));
             }
         });
     });

@@ -4,9 +4,10 @@ use crate::command::{Command, LookCommand, TrainingCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::job;
+use crate::panels::numbers::{computing, is_reset};
 use crate::theme;
 use crate::training::TrainChoice;
-use egui::{Button, DragValue, RichText, Sense, Ui, WidgetInfo, vec2};
+use egui::{Button, RichText, Sense, Ui, WidgetInfo, vec2};
 use project::Project;
 use training::{Preset, RunCost};
 
@@ -31,12 +32,12 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
         let enabled = !context.training.running;
         response.widget_info(|| {
-            let name = format!("Preset {}", preset.name());
+            let name = format!("Preset {}", preset.label());
             WidgetInfo::selected(egui::Role::RadioButton, enabled, chosen, name)
         });
         let fill = match (chosen, response.hovered() && enabled) {
             (true, _) => theme::PRIMARY,
-            (false, true) => egui::Color32::from_gray(60),
+            (false, true) => theme::ROW_CHOSEN,
             (false, false) => theme::WELL,
         };
         let painter = ui.painter();
@@ -47,35 +48,35 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
             painter.text(at, align, text, egui::FontId::proportional(size), color);
         };
         let (left, right) = (rect.left() + 10.0, rect.right() - 10.0);
-        let quiet = if chosen { theme::TEXT } else { theme::QUIET };
-        let name = preset.name().to_owned();
-        line(left, 4.0, egui::Align2::LEFT_TOP, name, 14.0, theme::TEXT);
+        let plain = if chosen {
+            egui::Color32::WHITE
+        } else {
+            theme::TEXT
+        };
+        let quiet = if chosen {
+            egui::Color32::WHITE
+        } else {
+            theme::QUIET
+        };
+        let name = preset.label().to_owned();
+        line(left, 4.0, egui::Align2::LEFT_TOP, name, 14.0, plain);
         line(
             right,
             4.0,
             egui::Align2::RIGHT_TOP,
             time(&cost, limited),
             13.0,
-            theme::TEXT,
+            plain,
         );
-        let shape = format!("{:.2} M parameters", network.parameters as f64 / 1e6);
-        line(left, 21.0, egui::Align2::LEFT_TOP, shape, 12.0, quiet);
-        line(
-            right,
-            21.0,
-            egui::Align2::RIGHT_TOP,
-            steps(&cost, limited),
-            12.0,
-            quiet,
-        );
+        let purpose = preset.purpose().to_owned();
+        line(left, 21.0, egui::Align2::LEFT_TOP, purpose, 12.0, quiet);
         let known = match (pace, cost.timed) {
             (None, _) => "The time is known after the first steps.",
             (Some(_), true) => "Estimated from steps timed on this machine.",
-            (Some(_), false) => {
-                "Estimated from another network's steps on this machine, scaled by the number of multiplications."
-            }
+            (Some(_), false) => "Estimated from another network's steps on this machine.",
         };
-        let response = response.on_hover_text(format!("{}: {network}. {known}", preset.purpose()));
+        let response =
+            response.on_hover_text(format!("{network}, {}. {known}", steps(&cost, limited)));
         if response.clicked() && enabled && !chosen {
             out.push(Command::Look(LookCommand::Training(wanted)));
         }
@@ -121,7 +122,7 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
             let label = ui.label(RichText::new("Hold out").size(13.0));
             let name = |pose: Option<usize>| {
                 let name = pose.and_then(|pose| poses.get(pose));
-                name.map_or("none", String::as_str)
+                name.map_or("None", String::as_str)
             };
             let list = egui::ComboBox::from_id_salt("hold out")
                 .selected_text(name(choice.hold_out))
@@ -140,25 +141,29 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
                     }
                 });
             list.response.labelled_by(label.id).on_hover_text(
-                "A pose kept out of training for testing. The network that does best on it is the one that is used.",
+                "A pose to test with, not to train with. The best network on it is used.",
             );
             if let Some(preset) = choice.preset.config().minutes {
                 let label = ui.label(RichText::new("Minutes").size(13.0));
                 let mut minutes = choice.minutes.unwrap_or(preset);
-                let field = DragValue::new(&mut minutes)
+                let field = computing(&mut minutes)
                     .range(0.1..=MOST_MINUTES)
                     .speed(0.25)
                     .max_decimals(1);
                 let response = ui.add_sized(vec2(52.0, 24.0), field).labelled_by(label.id);
-                if response.changed() {
+                if is_reset(ui, &response) {
+                    out.push(Command::Look(LookCommand::Training(TrainChoice {
+                        minutes: None,
+                        ..choice
+                    })));
+                } else if response.changed() {
                     out.push(Command::Look(LookCommand::Training(TrainChoice {
                         minutes: Some(minutes),
                         ..choice
                     })));
                 }
-                response.on_hover_text(
-                    "Training time, including earlier runs. The learning rate falls towards the end.",
-                );
+                response
+                    .on_hover_text("Training time, including earlier runs. Double-click to reset.");
             }
         });
     });
@@ -203,7 +208,7 @@ impl Buttons {
             ))
             .size(13.0));
             ui.horizontal(|ui| {
-                let yes = Button::new("Start over").fill(theme::PRIMARY);
+                let yes = theme::main_button(true, "Start over");
                 if ui.add(yes).clicked() {
                     out.push(Command::Training(TrainingCommand::Start { fresh: true }));
                     self.confirming = false;
@@ -217,9 +222,8 @@ impl Buttons {
             .choice(context.state.look.training, project);
         let refusal = context.training.refusal(&choice, project);
         ui.horizontal(|ui| {
-            let resume = Button::new((icons::PLAY, "Resume"))
-                .fill(theme::PRIMARY)
-                .min_size(BUTTON);
+            let words = format!("{} Resume", icons::PLAY);
+            let resume = theme::main_button(refusal.is_none(), words).min_size(BUTTON);
             let hint = format!("Continues from step {}. Key: Ctrl+Enter", present.step);
             if icons::named_ui(ui, refusal.is_none(), resume, "Resume")
                 .on_hover_text(hint)
@@ -246,9 +250,7 @@ impl Buttons {
 
 /// The button that starts the first run.
 pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
-    let start = Button::new((icons::PLAY, "Start"))
-        .fill(theme::PRIMARY)
-        .min_size(BUTTON);
+    let start = theme::main_button(true, format!("{} Start", icons::PLAY)).min_size(BUTTON);
     let hint = "Trains the network with this preset. Key: Ctrl+Enter";
     if icons::named_ui(ui, true, start, "Start")
         .on_hover_text(hint)

@@ -60,12 +60,12 @@ pub fn legend_ui(ui: &mut Ui) {
         (
             "OLATs",
             OLATS,
-            "Reconstruction loss: how far the predicted OLATs are from the exemplars",
+            "Reconstruction loss: how far predicted OLATs are from the photographs",
         ),
         (
-            "relit",
+            "Relit",
             RELIT,
-            "Rendering loss: how far the OLATs, relit with the interview's light, are from the interview",
+            "Rendering loss: how far relit OLATs are from the interview",
         ),
     ] {
         let (rect, _) = ui.allocate_exact_size(vec2(14.0, 12.0), Sense::hover());

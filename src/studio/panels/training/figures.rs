@@ -6,32 +6,48 @@ use crate::status::RunningJob;
 use crate::theme::{self, GAP};
 use base::progress::{LossPoint, TrainingPhase, TrainingPoint};
 use egui::{RichText, Ui};
+use footage::scan::counted;
 use project::Project;
 
 /// The figures of the run, and its warnings.
 pub fn figures_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     // Rows of text alone need no room for buttons.
     ui.spacing_mut().interact_size.y = 0.0;
-    egui::Grid::new("figures of training")
-        .num_columns(2)
-        .spacing([2.0 * GAP, 2.0])
-        .show(ui, |ui| {
-            for (name, value, hint) in rows(context) {
-                ui.label(RichText::new(name).size(12.0).color(theme::QUIET))
-                    .on_hover_text(hint);
-                ui.label(RichText::new(value).size(12.5))
-                    .on_hover_text(hint);
-                ui.end_row();
-            }
-        });
+    let rows = rows(context);
+    let (plain, details) = rows.split_at(PLAIN);
+    grid_ui(ui, "figures of training", plain);
+    egui::CollapsingHeader::new(RichText::new("Details").size(12.0).color(theme::QUIET))
+        .id_salt("details of training")
+        .show(ui, |ui| grid_ui(ui, "details of training", details));
     let point = context.training.point.as_ref();
     for warning in point.map_or(vec![], |point| warnings(point, project)) {
         ui.label(RichText::new(warning).size(12.5).color(theme::WARNING));
     }
 }
 
-/// Name, value and explanation of each figure; a dash for those not known yet.
-fn rows(context: &PanelContext) -> [(&'static str, String, &'static str); 11] {
+/// Name, value and explanation.
+type Figure = (&'static str, String, &'static str);
+
+/// How many figures come first; those behind are the optimiser's, and folded.
+const PLAIN: usize = 5;
+
+fn grid_ui(ui: &mut Ui, name: &str, figures: &[Figure]) {
+    egui::Grid::new(name)
+        .num_columns(2)
+        .spacing([2.0 * GAP, 2.0])
+        .show(ui, |ui| {
+            for (name, value, hint) in figures {
+                ui.label(RichText::new(*name).size(12.0).color(theme::QUIET))
+                    .on_hover_text(*hint);
+                ui.label(RichText::new(value).size(12.5))
+                    .on_hover_text(*hint);
+                ui.end_row();
+            }
+        });
+}
+
+/// All figures; a dash for those not known yet.
+fn rows(context: &PanelContext) -> [Figure; 11] {
     let training = context.training;
     let present = training.records.as_ref().and_then(|r| r.present.as_ref());
     let (point, last) = (training.point.as_ref(), training.history.points().last());
@@ -67,9 +83,14 @@ fn rows(context: &PanelContext) -> [(&'static str, String, &'static str); 11] {
         ),
         ("Rate", point.map_or_else(none, rate), "Speed of training"),
         (
+            "Held-out pose",
+            held_out.unwrap_or_else(none),
+            "PSNR on the held-out pose; the best network is used",
+        ),
+        (
             "Phase",
             point.map_or_else(none, |p| phase(p).to_owned()),
-            "What it is training on",
+            "What it trains on",
         ),
         (
             "Learning rate",
@@ -92,11 +113,6 @@ fn rows(context: &PanelContext) -> [(&'static str, String, &'static str); 11] {
             "Rendering loss of the last steps",
         ),
         (
-            "Held-out pose",
-            held_out.unwrap_or_else(none),
-            "PSNR of the OLATs on the held-out pose; the network that did best there is used",
-        ),
-        (
             "Memory",
             point
                 .and_then(|p| p.memory_bytes)
@@ -114,24 +130,23 @@ fn warnings(point: &TrainingPoint, project: &Project) -> Vec<String> {
         let names: Vec<&str> = (point.dead_lamps.iter())
             .filter_map(|&lamp| lamps.get(lamp).map(String::as_str))
             .collect();
+        let are = if names.len() == 1 { "is" } else { "are" };
         warnings.push(format!(
-            "Dead outputs: {} are stuck at black or white and hardly learn any more. Stop and start over.",
+            "{} {are} stuck at black or white. Stop and start over.",
             names.join(", ")
         ));
     }
     if point.skipped_steps > 0 {
-        warnings.push(format!(
-            "{} steps with NaN or infinite values were skipped",
-            point.skipped_steps
-        ));
+        let steps = counted(point.skipped_steps as usize, "step");
+        warnings.push(format!("{steps} skipped: NaN or infinite values"));
     }
     warnings
 }
 
 fn phase(point: &TrainingPoint) -> &'static str {
     match point.phase {
-        TrainingPhase::Exemplars => "exemplars",
-        TrainingPhase::Interview => "interview",
+        TrainingPhase::Exemplars => "Exemplars",
+        TrainingPhase::Interview => "Interview",
     }
 }
 

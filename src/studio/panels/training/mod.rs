@@ -155,19 +155,26 @@ fn instead_ui(
         ui.label(sentence);
     } else if !records.calibrated {
         heading(ui, "Not calibrated yet");
-        ui.label("Training needs the calibration: the lamps, their weights in the interview's light, and the camera's response.");
+        ui.label("Training needs the lamps and the camera's response.");
         ui.add_space(GAP);
-        if context.status.job.is_none() && ui.button("Calibrate first").clicked() {
+        if context.status.job.is_none() && ui.add(theme::main_button(true, "Calibrate")).clicked() {
             out.push(Command::Job(JobCommand::Provide(Need::Calibration)));
         }
+    } else if let Some(present) = &records.present
+        && present.step == 0
+    {
+        heading(ui, "Not trained on this person yet");
+        ui.label("Pictures come from a network that was trained on others.");
+        ui.add_space(GAP);
+        preview::preview_ui(ui, context, project);
     } else if let Some(present) = &records.present {
         heading(ui, "A trained network, but no training log");
         ui.label(format!(
-            "The network is at step {}. The log of its training is not here; Resume continues from it.",
+            "The network is at step {}. Resume continues from it.",
             present.step
         ));
     } else {
-        heading(ui, "Nothing has been trained yet");
+        heading(ui, "Nothing trained yet");
         preview::preview_ui(ui, context, project);
         ui.add_space(GAP);
         if is_empty(context) {

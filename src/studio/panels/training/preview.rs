@@ -65,16 +65,14 @@ fn sentences(
         (
             "Disk",
             format!(
-                "at most {}: a checkpoint of {} every {saves}, older ones thin out",
+                "at most {}: {} every {saves}; older checkpoints thin out",
                 words::bytes(disk.most),
                 words::bytes(disk.checkpoint)
             ),
         ),
         (
             "You see",
-            format!(
-                "loss curves and a pose beside the truth here; the relit picture after the first checkpoint, in {saves}"
-            ),
+            format!("curves and a pose beside its truth; the relit picture after {saves}"),
         ),
     ]
 }

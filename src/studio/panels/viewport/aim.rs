@@ -2,45 +2,69 @@
 
 use crate::command::{AimCommand, Command, ViewCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::handle::{Seen, handle_ui};
 use crate::theme::{self, GAP};
 use egui::{
-    Align2, Color32, CursorIcon, FontId, PointerButton, Rect, Response, Role, Sense, Stroke, Ui,
-    Vec2, WidgetInfo, vec2,
+    Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke,
+    Ui, Vec2, WidgetInfo, vec2,
 };
 use light::aim::LEAST_MATTE;
 use worker::PreviewPicture;
 
 /// Radius in points of the dot where the light falls.
 const DOT: f32 = 6.0;
+/// Points from where a light falls within which a press takes that light, in place of another.
+const NEAR: f32 = 24.0;
 
 /// Whether a drag of the picture aims a light: with Ctrl it turns the environment.
 pub fn takes(ui: &Ui, response: &Response) -> bool {
     response.dragged_by(PointerButton::Primary) && !ui.input(|i| i.modifiers.command)
 }
 
-/// Follows the pointer, which is over this pixel of the picture, and says what to do or why nothing was done.
+/// Follows the pointer, which is over this pixel of the picture in `place`: proposes the light or lamp that falls there, and
+/// says what to do or why nothing was done.
 pub fn aim_ui(
     ui: &Ui,
     response: &Response,
     pixel: Option<[usize; 2]>,
-    relit: &PreviewPicture,
+    (relit, place): (&PreviewPicture, Rect),
     context: &PanelContext,
     out: &mut Vec<Command>,
 ) {
+    let placed = &context.state.look.lighting.placed;
+    let near = |at: Option<Pos2>| at.and_then(|at| nearest(at, (relit, place), context));
     if takes(ui, response) {
         if response.drag_started() {
-            out.push(Command::Aim(AimCommand::Begin(None)));
+            let light = near(ui.input(|i| i.pointer.press_origin()));
+            out.push(Command::Aim(AimCommand::Begin(light)));
         }
         out.push(Command::Aim(AimCommand::At(pixel)));
     }
-    if response.hovered() && pixel.is_some_and(|pixel| is_subject(relit, pixel)) {
-        ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+    let over = pixel.is_some_and(|pixel| is_subject(relit, pixel));
+    let light = near(ui.input(|i| i.pointer.latest_pos())).filter(|_| over);
+    let lamp = context.proposed.filter(|_| over);
+    if over {
+        let cursor = match light {
+            Some(_) => CursorIcon::Grab,
+            None => CursorIcon::Crosshair,
+        };
+        ui.ctx().set_cursor_icon(cursor);
+    }
+    let asks = ui.input(|i| i.pointer.button_clicked(PointerButton::Secondary));
+    if let Some(lamp) = lamp.filter(|_| asks) {
+        out.push(Command::View(ViewCommand::Solo(Some(lamp))));
     }
     let painter = ui.painter().with_clip_rect(response.rect);
-    let words = context.no_aim.map_or_else(
-        || "Click where a light should fall; drag to move it. Esc ends this.".to_owned(),
-        |none| none.to_string(),
-    );
+    let light = light.and_then(|light| Some(placed.get(light)?.title(light)));
+    let words = match (context.no_aim, light, lamp) {
+        (Some(none), ..) if !over || lamp.is_none() => none.to_string(),
+        (_, Some(light), _) => format!("{light} falls here. Drag to move it."),
+        (_, _, Some(lamp)) if let Some(lamp) = relit.rig.lamps.get(lamp) => {
+            let lamp = &lamp.name;
+            format!("Click to light from here. Right-click: solo {lamp}, which falls here.")
+        }
+        _ => "Click where a light should fall; drag to move it. Esc ends this.".to_owned(),
+    };
     let font = FontId::proportional(13.0);
     let galley = painter.layout_no_wrap(words.clone(), font, theme::TEXT);
     let size = galley.size() + vec2(12.0, 6.0);
@@ -63,53 +87,74 @@ pub fn handles_ui(
 ) {
     let state = context.state;
     let lighting = &state.look.lighting;
-    let aimed = state.aimed_light().zip(state.aimed_at(relit.scene.frame));
     let painter = ui.painter().with_clip_rect(rect);
     for (i, light) in lighting.placed.iter().enumerate() {
         let is_chosen = state.chosen_light() == Some(i);
         if !is_chosen && !state.aims {
             continue;
         }
-        let falls = match aimed {
-            Some((of, [x, y])) if of == i => Some([x as f32, y as f32]),
-            _ => (context.highlights)
-                .and_then(|highlights| highlights.at(light.direction()))
-                .map(|at| relit.predicted.picture_place(at)),
+        let Some(at) = falls_at(i, (relit, place), context) else {
+            continue;
         };
-        // Light from behind falls on nothing that is seen.
-        let Some([x, y]) = falls else { continue };
-        let share = |at: f32, length: usize| (at + 0.5) / length.max(1) as f32;
-        let share = vec2(share(x, relit.width), share(y, relit.height));
-        let at = place.min + share * place.size();
         let spot = Rect::from_center_size(at, Vec2::splat(2.5 * DOT)).intersect(rect);
         if !spot.is_positive() {
             continue;
         }
-        let id = ui.scope_id().with(("handle", i));
+        let id = ui.scope_id().with(("handle", light.id));
         let handle = ui.interact(spot, id, Sense::click_and_drag());
         let name = format!("{} on the picture", light.title(i));
         handle.widget_info(|| WidgetInfo::labeled(Role::Slider, true, &name));
         if handle.drag_started() {
             out.push(Command::Aim(AimCommand::Begin(Some(i))));
         }
-        if (handle.clicked() || handle.drag_started()) && !is_chosen {
-            out.push(Command::View(ViewCommand::ChooseLight(Some(i))));
-        }
+        handle_ui(ui, context, &handle, (i, light), Seen::ByCamera, out);
         if handle.dragged() {
             out.push(Command::Aim(AimCommand::At(pixel)));
         }
-        let fill = match lighting.shines(light) {
-            true => theme::ACCENT,
-            false => theme::QUIET,
+        let fill = match (lighting.shines(light), is_chosen) {
+            (true, true) => theme::ACCENT,
+            (true, false) => theme::TEXT,
+            (false, _) => theme::QUIET,
         };
         let edge = match is_chosen {
             true => Stroke::new(2.0, Color32::WHITE),
             false => Stroke::new(1.5, Color32::BLACK),
         };
         painter.circle(at, DOT, fill, edge);
-        let hint = format!("{name}: drag it to where the light should fall");
+        let hint = format!(
+            "{name}: drag it to where the light should fall, or use the arrow keys (1°, with Shift 10°)"
+        );
         handle.on_hover_cursor(CursorIcon::Grab).on_hover_text(hint);
     }
+}
+
+/// Where a light placed by hand falls on the picture in `place`. Light from behind falls on nothing that is seen.
+fn falls_at(
+    light: usize,
+    (relit, place): (&PreviewPicture, Rect),
+    context: &PanelContext,
+) -> Option<Pos2> {
+    let state = context.state;
+    let aimed = state.aimed_light().zip(state.aimed_at(relit.scene.frame));
+    let [x, y] = match aimed {
+        Some((of, [x, y])) if of == light => [x as f32, y as f32],
+        _ => {
+            let direction = state.look.lighting.placed.get(light)?.direction();
+            let at = context.highlights?.at(direction)?;
+            relit.predicted.picture_place(at)
+        }
+    };
+    let share = |at: f32, length: usize| (at + 0.5) / length.max(1) as f32;
+    let share = vec2(share(x, relit.width), share(y, relit.height));
+    Some(place.min + share * place.size())
+}
+
+/// The light placed by hand that falls nearest to a point, if it is near.
+fn nearest(at: Pos2, picture: (&PreviewPicture, Rect), context: &PanelContext) -> Option<usize> {
+    let lights = 0..context.state.look.lighting.placed.len();
+    let falls = lights.filter_map(|i| Some((i, falls_at(i, picture, context)?.distance(at))));
+    let near = falls.filter(|(_, far)| *far <= NEAR);
+    Some(near.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
 }
 
 /// Whether a pixel of the picture belongs to the subject.

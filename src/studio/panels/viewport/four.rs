@@ -1,17 +1,18 @@
 //! Four looks side by side, moved and zoomed together. A click makes one of them the present look.
 
-use super::{paint, placed, texture, zoom};
+use super::look_list::look_list_ui;
+use super::{paint, placed, texture, viewing, zoom};
 use crate::command::{Command, LooksCommand, ViewCommand};
 use crate::four_looks::{FourLooks, FourPicture, FourSlot};
 use crate::panel_context::PanelContext;
-use crate::stored_looks::{LookId, Shelf};
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
 use egui::{
-    Align, Align2, Button, CursorIcon, FontId, Layout, Margin, PointerButton, Pos2, Rect, RichText,
-    Role, ScrollArea, Sense, Stroke, StrokeKind, TextureHandle, Ui, UiBuilder, WidgetInfo, pos2,
+    Align, Align2, Button, CursorIcon, FontId, Label, Layout, Margin, PointerButton, Pos2, Rect,
+    RichText, Role, Sense, Stroke, StrokeKind, TextureHandle, Ui, UiBuilder, WidgetInfo, pos2,
     vec2,
 };
+use scene::Inspection;
 use std::sync::Arc;
 use worker::SrgbPicture;
 
@@ -30,15 +31,48 @@ impl FourUi {
     pub fn ui(&mut self, ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         let bar = rect.with_max_y(rect.top() + HEIGHT);
-        bar_ui(ui, bar, context, out);
         let rect = rect.with_min_y(bar.bottom());
+        let read = self.read(ui, rect, context);
+        bar_ui(ui, bar, read, context, out);
         for place in 0..4 {
-            let (column, row) = (place % 2, place / 2);
-            let part = 0.5 * rect.size();
-            let corner = rect.min + part * vec2(column as f32, row as f32);
-            let part = Rect::from_min_size(corner, part).shrink(1.0);
-            self.place_ui(ui, place, part, context, out);
+            self.place_ui(ui, place, part(rect, place), context, out);
         }
+        viewing::sign_ui(ui, rect, Align2::CENTER_BOTTOM, context.state);
+    }
+
+    /// The pixel under the cursor, and its codes in each of the four pictures. None for a channel or false colours: those are no
+    /// codes of the pictures.
+    fn read(&self, ui: &Ui, rect: Rect, context: &PanelContext) -> Option<String> {
+        if context.state.inspection != Inspection::Picture {
+            return None;
+        }
+        let at = ui.input(|i| i.pointer.latest_pos())?;
+        let at = Some(at).filter(|_| ui.rect_contains_pointer(rect))?;
+        let size = |codes: &SrgbPicture| vec2(codes.width as f32, codes.height as f32);
+        let pixel = (0..4).find_map(|place| {
+            let (codes, _) = self.shown[place].as_ref()?;
+            let part = part(rect, place);
+            let (shown, _) = placed(part, size(codes), context);
+            let share = (at - shown.min) / shown.size();
+            let inside = shown.intersect(part).contains(at);
+            let [x, y] = <[f32; 2]>::from(share * size(codes)).map(|at| at as usize);
+            (inside && x < codes.width && y < codes.height).then_some([x, y])
+        });
+        let [x, y] = pixel?;
+        let mut read = format!("{x}, {y}");
+        let newest = context.relit.map(|relit| &relit.looks);
+        for (place, look) in newest.into_iter().flatten().enumerate() {
+            let codes = look.as_ref().and_then(|(_, codes)| {
+                let inside = x < codes.width && y < codes.height;
+                let pixel = codes.rgb.as_chunks::<3>().0.get(y * codes.width + x);
+                pixel.filter(|_| inside)
+            });
+            if let Some([r, g, b]) = codes {
+                let letter = FourLooks::LETTERS[place];
+                read += &format!("   {letter} {r} {g} {b}");
+            }
+        }
+        Some(read)
     }
 
     /// One of the four, in `part`.
@@ -54,7 +88,7 @@ impl FourUi {
         let slot = &state.four.slots[place];
         let letter = FourLooks::LETTERS[place];
         let wanted = FourPicture::of(slot, state, context.looks, context.environments);
-        let name = name(slot);
+        let name = slot.name();
         let response = ui.interact(
             part,
             ui.scope_id().with(("look", place)),
@@ -124,14 +158,12 @@ impl FourUi {
     }
 }
 
-/// What stands in a place, in words.
-fn name(slot: &FourSlot) -> String {
-    match slot {
-        FourSlot::Empty => "nothing".to_owned(),
-        FourSlot::Present => "present look".to_owned(),
-        FourSlot::Stored(id, None) => id.name.to_string(),
-        FourSlot::Stored(id, Some(number)) => format!("{}, version {number}", id.name),
-    }
+/// Where one of the four places is.
+fn part(rect: Rect, place: usize) -> Rect {
+    let (column, row) = (place % 2, place / 2);
+    let part = 0.5 * rect.size();
+    let corner = rect.min + part * vec2(column as f32, row as f32);
+    Rect::from_min_size(corner, part).shrink(1.0)
 }
 
 fn words_ui(ui: &Ui, part: Rect, words: &str) {
@@ -168,21 +200,14 @@ fn menu_ui(
         let button = Button::new(text).truncate();
         let menu = MenuButton::from_button(button).ui(ui, |ui| {
             if ui
-                .selectable_label(now == FourSlot::Present, "Present look")
+                .selectable_label(now == FourSlot::Present, "Current look")
                 .clicked()
             {
                 out.push(set(FourSlot::Present));
             }
-            ScrollArea::vertical()
-                .min_scrolled_height(240.0)
-                .show(ui, |ui| {
-                    for id in context.looks.ids() {
-                        let chosen = matches!(&now, FourSlot::Stored(of, _) if *of == id);
-                        if ui.selectable_label(chosen, titled(&id)).clicked() {
-                            out.push(set(FourSlot::Stored(id, None)));
-                        }
-                    }
-                });
+            if let Some((id, number)) = look_list_ui(ui, context, &now) {
+                out.push(set(FourSlot::Stored(id, number)));
+            }
             if ui
                 .selectable_label(now == FourSlot::Empty, "Nothing")
                 .clicked()
@@ -197,15 +222,14 @@ fn menu_ui(
     });
 }
 
-fn titled(id: &LookId) -> String {
-    match id.shelf {
-        Shelf::Project => id.name.to_string(),
-        Shelf::Person => format!("{} (all projects)", id.name),
-    }
-}
-
-/// What is shown, and the way back.
-fn bar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
+/// What is shown, what is `read` of it, and the way back.
+fn bar_ui(
+    ui: &mut Ui,
+    rect: Rect,
+    read: Option<String>,
+    context: &PanelContext,
+    out: &mut Vec<Command>,
+) {
     ui.painter().rect_filled(rect, 0.0, theme::PANEL);
     let inner = UiBuilder::new().max_rect(rect - Margin::symmetric(8, 3));
     ui.scope_builder(inner, |ui| {
@@ -218,7 +242,9 @@ fn bar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command
                 if ui.button("Back").on_hover_text(hint).clicked() {
                     out.push(Command::Looks(LooksCommand::ToggleFour));
                 }
-                if ui.available_width() > 260.0 {
+                if let Some(read) = read {
+                    ui.add(Label::new(RichText::new(read).monospace()).truncate());
+                } else if ui.available_width() > 260.0 {
                     let hint = "Click one to use it; wheel and drag move all";
                     ui.label(RichText::new(hint).color(theme::QUIET));
                 }

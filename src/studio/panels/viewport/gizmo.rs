@@ -2,6 +2,7 @@
 
 use crate::command::{Command, LookCommand};
 use crate::environment_library::PanoramaState;
+use crate::look::within_a_turn;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{
@@ -13,7 +14,8 @@ const RADIUS: f32 = 34.0;
 /// Radius of the head in the middle.
 const HEAD: f32 = 9.0;
 
-/// The compass in the lower right corner; a drag around it sets the yaw.
+/// The compass in the lower right corner. A drag around it turns the environment as far as the pointer goes around; a click
+/// brings the dot there.
 pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
     let Some(PanoramaState::Done { .. }) = context.environment().map(|entry| &entry.panorama)
     else {
@@ -26,7 +28,8 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
         return;
     }
     let response = ui.interact(area, ui.scope_id().with("compass"), Sense::click_and_drag());
-    let yaw = context.state.look.yaw_deg;
+    // A yaw that went around more than once keeps its turns for its keys.
+    let yaw = within_a_turn(context.state.look.yaw_deg);
     response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(yaw), "Compass"));
     let lively = response.hovered() || response.dragged();
     let painter = ui.painter().with_clip_rect(rect);
@@ -37,20 +40,30 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
     camera_ui(&painter, center + vec2(0.0, RADIUS), ring);
     painter.circle_filled(on_ring(center, yaw), 6.0, theme::ACCENT);
     let font = FontId::proportional(12.0);
-    let text = format!("{:.0}°", within_a_turn(yaw));
+    let text = format!("{yaw:.0}°");
     let above = center - vec2(0.0, 0.5 * (RADIUS + HEAD));
     painter.text(above, egui::Align2::CENTER_CENTER, text, font, theme::TEXT);
     if lively {
         ui.ctx().set_cursor_icon(CursorIcon::Grab);
     }
     if let Some(at) = response.interact_pointer_pos() {
+        let origin = ui.input(|i| i.pointer.press_origin());
+        let from = match origin.filter(|_| response.drag_started()) {
+            Some(origin) => origin,
+            None => at - response.drag_delta(),
+        };
+        let turn = match response.dragged() {
+            true => turned(from - center, at - center),
+            false if response.clicked() => within_a_turn(angle(at - center) - yaw),
+            false => 0.0,
+        };
         if response.double_clicked() {
             out.push(Command::Look(LookCommand::Yaw(0.0)));
-        } else if response.dragged() {
-            out.push(Command::Look(LookCommand::Yaw(angle(at - center))));
+        } else if turn != 0.0 {
+            out.push(Command::Look(LookCommand::Turn(turn)));
         }
     }
-    response.on_hover_text("The environment from above, with the camera at the bottom. Drag to turn, double-click to reset.");
+    response.on_hover_text("The environment from above, with the camera at the bottom. Drag to turn, click to turn it there, double-click to reset.");
 }
 
 /// The subject from above: a head with its ears, whose nose points at the camera.
@@ -93,9 +106,12 @@ fn angle(v: Vec2) -> f32 {
     v.x.atan2(-v.y).to_degrees()
 }
 
-/// The same angle, above −180° and up to 180°: a yaw that went round more than once keeps its turns for its keys.
-fn within_a_turn(yaw_deg: f32) -> f32 {
-    180.0 - (180.0 - yaw_deg.round()).rem_euclid(360.0)
+/// Degrees by which a pointer goes around from one place to another. In the middle there is no direction.
+fn turned(from: Vec2, to: Vec2) -> f32 {
+    match from.length().min(to.length()) < HEAD {
+        true => 0.0,
+        false => within_a_turn(angle(to) - angle(from)),
+    }
 }
 
 #[cfg(test)]
@@ -109,16 +125,25 @@ mod tests {
             let shown = angle(on_ring(center, yaw) - center);
             assert!((shown - yaw).abs() < 1e-3, "{shown} {yaw}");
         }
-        for (yaw, shown) in [
-            (442.0, 82.0),
-            (-180.0, 180.0),
-            (180.0, 180.0),
-            (-0.4, 0.0),
-            (-725.0, -5.0),
-        ] {
-            assert_eq!(within_a_turn(yaw), shown);
-        }
         // Positive yaw turns the light to camera-right.
         assert!(on_ring(Pos2::ZERO, 90.0).x > RADIUS - 1.0);
+    }
+
+    #[test]
+    fn a_drag_turns_by_as_much_as_it_goes_around_the_middle() {
+        let at = |yaw| on_ring(Pos2::ZERO, yaw) - Pos2::ZERO;
+        for (from, to, turn) in [
+            (0.0, 30.0, 30.0),
+            (170.0, -170.0, 20.0),
+            (-170.0, 170.0, -20.0),
+            (90.0, 90.0, 0.0),
+        ] {
+            assert!(
+                (turned(at(from), at(to)) - turn).abs() < 1e-3,
+                "{from} {to}"
+            );
+        }
+        assert_eq!(turned(vec2(1.0, 0.0), at(-90.0)), 0.0);
+        assert_eq!(turned(at(90.0), vec2(-2.0, 1.0)), 0.0);
     }
 }

@@ -44,18 +44,20 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 }
 
 /// What the project needs before it can be relit.
-fn blocked_ui(ui: &mut Ui, Blocked { sentence, need }: &Blocked, out: &mut Vec<Command>) {
+fn blocked_ui(ui: &mut Ui, blocked: &Blocked, out: &mut Vec<Command>) {
     heading_ui(
         ui,
-        match need {
-            Some(Need::Shoot) => "This project's shoot is missing",
-            Some(Need::Calibration) => "This project is not calibrated yet",
-            Some(Need::Network) => "This project has no trained network yet",
-            None => "This project cannot be relit",
+        match blocked.need {
+            Some(Need::Shoot) => "The shoot is missing",
+            Some(Need::Calibration) => "Not calibrated yet",
+            Some(Need::Network) => "Not trained yet",
+            None => "Cannot be relit",
         },
     );
-    ui.label(sentence);
-    missing::provide_ui(ui, *need, out);
+    if let Some(why) = missing::why(blocked) {
+        ui.label(why);
+    }
+    missing::provide_ui(ui, blocked.need, out);
 }
 
 /// What the picture's environment needs, or that the picture is being made.

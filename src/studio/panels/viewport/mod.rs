@@ -6,8 +6,10 @@ mod doubts;
 mod four;
 mod gizmo;
 mod instead;
+mod look_list;
 mod native_texture;
 pub mod readout;
+pub mod side;
 mod toolbar;
 mod viewing;
 
@@ -30,6 +32,7 @@ use egui::{
 use four::FourUi;
 use native_texture::{NativeTexture, ShownTexture};
 use scene::Inspection;
+use side::{Side, peeks};
 use std::sync::Arc;
 use worker::PreviewPicture;
 
@@ -71,10 +74,10 @@ impl ViewportTextures {
         vec2(self.relit.width as f32, self.relit.height as f32)
     }
 
-    /// Where the picture is, if it is wiped with another.
+    /// Where the picture is, if it is wiped with another, which may be on its way.
     fn wiped(&self, rect: Rect, context: &PanelContext) -> Option<Rect> {
         let compare = &context.state.compare;
-        let is_wiped = compare.on && compare.mode == CompareMode::Wipe && self.second.is_some();
+        let is_wiped = compare.on && compare.mode == CompareMode::Wipe;
         is_wiped.then(|| placed(rect, self.size(), context).0)
     }
 
@@ -114,8 +117,8 @@ impl ViewportTextures {
         let second = has_two
             && match compare.mode {
                 CompareMode::Side => is_right,
-                CompareMode::Difference => false,
                 _ if peeks(ui) => true,
+                CompareMode::Difference => false,
                 CompareMode::Toggle => compare.second,
                 CompareMode::Wipe => share.x >= context.state.wipe,
             };
@@ -185,7 +188,7 @@ impl ViewportPanel {
                 let pixel = under.map(|(pixel, _)| pixel);
                 let on_picture = (&*shown.relit, place);
                 if aims {
-                    aim::aim_ui(ui, &response, pixel, &shown.relit, context, out);
+                    aim::aim_ui(ui, &response, pixel, on_picture, context, out);
                 }
                 aim::handles_ui(ui, rect, pixel, on_picture, context, out);
                 if let Some((pixel, second)) = under {
@@ -198,16 +201,17 @@ impl ViewportPanel {
                 let means = &mut self.means;
                 readout::strip_ui(ui, below, context, &shown.relit, self.second, means, out);
                 if context.state.inspection == Inspection::FalseColor {
-                    readout::legend_ui(ui, rect);
+                    // Below the sign that says so.
+                    readout::legend_ui(ui, rect.with_min_y(rect.top() + viewing::SIGN));
                 }
-                viewing::sign_ui(ui, rect, context.state);
+                viewing::sign_ui(ui, rect, Align2::CENTER_TOP, context.state);
                 if context.state.doubts {
                     let painter = ui.painter().with_clip_rect(rect);
                     let words = self.doubts.draw(&painter, place, &shown.relit, context);
                     label(ui, rect, Align2::LEFT_BOTTOM, &words);
                 }
                 gizmo::gizmo_ui(ui, rect, context, out);
-                if !context.state.solo.is_empty() {
+                if !context.state.solo.is_empty() || context.state.look.lighting.is_solo() {
                     let edge = Stroke::new(3.0, theme::ACCENT);
                     (ui.painter()).rect_stroke(rect, 0.0, edge, StrokeKind::Inside);
                 }
@@ -305,11 +309,8 @@ fn pictures_ui(
     let compare = &context.state.compare;
     let first_texture = shown.first.id();
     let second = (shown.second.as_ref().filter(|_| compare.on)).map(TextureHandle::id);
-    let name = || toolbar::name(&compare.reference, context);
-    let first = || match (&compare.first, &relit.first) {
-        (Some(with), Some(_)) => toolbar::name(with, context),
-        _ => "relit".to_owned(),
-    };
+    let name = || Side::Second.name(context, relit);
+    let first = || Side::First.name(context, relit);
     let (place, fit) = match (second, compare.mode) {
         (Some(second), CompareMode::Side) => {
             let (left, right) = rect.split_left_right_at_fraction(0.5);
@@ -355,16 +356,13 @@ fn pictures_ui(
                 let gain = context.state.gain;
                 let text = format!("difference of {} and {}, × {gain}", first(), name());
                 label(ui, rect, Align2::LEFT_TOP, &text);
+            } else if compare.on {
+                label(ui, rect, Align2::LEFT_TOP, &first());
             }
             (place, fit)
         }
     };
     (place, fit)
-}
-
-/// Whether a person holds Shift to see what the picture is compared with.
-fn peeks(ui: &Ui) -> bool {
-    ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down())
 }
 
 /// Draws the part of a texture between two shares of its width, where it belongs in `place`.
@@ -546,11 +544,18 @@ fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
         Some(PanoramaState::Done { panorama, .. }) if panorama.environment.is_none() => {
             Some("Reading the environment".to_owned())
         }
+        Some(PanoramaState::Done { .. }) if let Some(why) = missing(context) => Some(why),
         Some(PanoramaState::Done { .. }) if relit.scene.frame != context.state.frame => {
             Some(format!("Predicting frame {}", context.state.frame))
         }
         Some(PanoramaState::Done { .. }) => None,
     }
+}
+
+/// Why one of the pictures that are compared is not there.
+fn missing(context: &PanelContext) -> Option<String> {
+    let state = context.state;
+    (state.compare).missing(state, context.looks, context.environments)
 }
 
 /// A message in the lower left corner; returns its rectangle. A `refusal` says why something could not be done

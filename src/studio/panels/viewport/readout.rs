@@ -1,11 +1,12 @@
 //! The pixel under the cursor or the means of a region, and what false colours mean.
 
-use super::{toolbar, viewing};
+use super::side::Side;
+use super::viewing;
 use crate::command::{Command, ViewCommand, WindowCommand};
 use crate::comparison::{CompareMode, CompareSettings};
 use crate::icons;
 use crate::panel_context::PanelContext;
-use crate::region::{Region, mean};
+use crate::region::{Region, counted_rows, mean};
 use crate::theme::{self, GAP};
 use compositor::{CLIPPED, LEGEND, viewed_code};
 use egui::text::LayoutJob;
@@ -58,33 +59,60 @@ impl Reading {
     }
 }
 
+/// Whether the picture changes from frame to frame of the window: it plays, or something is dragged.
+pub fn moves(ui: &Ui, context: &PanelContext) -> bool {
+    context.state.playing || ui.input(|i| i.pointer.any_down())
+}
+
 /// The readings of a region, until the picture or the region is another: it may have millions of pixels.
 #[derive(Default)]
-pub struct RegionReadings(Option<(Arc<PreviewPicture>, Region, CompareSettings, Vec<Reading>)>);
+pub struct RegionReadings(Option<RegionReading>);
+
+struct RegionReading {
+    of: Arc<PreviewPicture>,
+    region: Region,
+    compared: CompareSettings,
+    /// Every how many rows were read.
+    step: usize,
+    found: Vec<Reading>,
+}
 
 impl RegionReadings {
-    /// The readings of a region of the newest picture.
+    /// The readings of a region of the newest picture. While that moves, only some rows of a large region are read.
     pub fn of(
         &mut self,
         context: &PanelContext,
         relit: &Arc<PreviewPicture>,
         region: Region,
+        moves: bool,
     ) -> &[Reading] {
         let compare = &context.state.compare;
-        let known = self.0.take().filter(|(of, read, compared, _)| {
-            Arc::ptr_eq(of, relit) && *read == region && compared == compare
+        let step = counted_rows(region.size(), moves);
+        let known = self.0.take().filter(|known| {
+            Arc::ptr_eq(&known.of, relit)
+                && known.region == region
+                && known.compared == *compare
+                && known.step <= step
         });
-        let known = known.unwrap_or_else(|| {
-            let found = readings(context, relit, region);
-            (relit.clone(), region, compare.clone(), found)
+        let known = known.unwrap_or_else(|| RegionReading {
+            of: relit.clone(),
+            region,
+            compared: compare.clone(),
+            step,
+            found: readings(context, relit, region, step),
         });
-        &self.0.insert(known).3
+        &self.0.insert(known).found
     }
 }
 
 /// The readings of a region, or of one pixel: of the picture, or of what is shown in its place, and of what that is compared
-/// with. Channels and false colours are read as the picture that they are of.
-pub fn readings(context: &PanelContext, relit: &PreviewPicture, region: Region) -> Vec<Reading> {
+/// with. Channels and false colours are read as the picture that they are of. Every so many rows are read.
+pub fn readings(
+    context: &PanelContext,
+    relit: &PreviewPicture,
+    region: Region,
+    step: usize,
+) -> Vec<Reading> {
     let compare = &context.state.compare;
     let size = [relit.width, relit.height];
     let Some(region) = region.inside(size) else {
@@ -93,19 +121,22 @@ pub fn readings(context: &PanelContext, relit: &PreviewPicture, region: Region) 
     let is_mean = region.size() != [1, 1];
     let codes = |rgb: &[u8], its_size: [usize; 2]| {
         let pixels = rgb.as_chunks::<3>().0;
-        let pixels = region.scaled(size, its_size).of(pixels, its_size[0]);
+        let pixels = (region.scaled(size, its_size)).every(step, pixels, its_size[0]);
         mean(pixels.map(|pixel| pixel.map(f32::from)))
     };
-    let pixel = |picture: &SrgbPicture| codes(&picture.rgb, [picture.width, picture.height]);
+    let pixel = |shown: &SrgbPicture, whole: &Option<SrgbPicture>| {
+        let picture = whole.as_ref().unwrap_or(shown);
+        codes(&picture.rgb, [picture.width, picture.height])
+    };
     let light = || {
         let linear = relit.linear.iter();
-        linear.flat_map(move |linear| region.of(&linear.pixels, linear.width).copied())
+        linear.flat_map(move |linear| region.every(step, &linear.pixels, linear.width).copied())
     };
     let linear = mean(light());
     let effects = relit.scene.effects;
     let first = match (&relit.first, &compare.first) {
-        (Some((_, codes)), Some(with)) => pixel(codes).map(|codes| Reading {
-            name: toolbar::name(with, context),
+        (Some((_, codes)), Some(_)) => pixel(codes, &relit.whole[0]).map(|codes| Reading {
+            name: Side::First.name(context, relit),
             codes,
             linear: None,
             is_mean,
@@ -128,14 +159,59 @@ pub fn readings(context: &PanelContext, relit: &PreviewPicture, region: Region) 
     };
     let second = relit.second.as_ref().filter(|_| compare.on);
     let second = second
-        .and_then(|(_, codes)| pixel(codes))
+        .and_then(|(_, codes)| pixel(codes, &relit.whole[1]))
         .map(|codes| Reading {
-            name: toolbar::name(&compare.reference, context),
+            name: Side::Second.name(context, relit),
             codes,
             linear: None,
             is_mean,
         });
     first.into_iter().chain(second).collect()
+}
+
+/// How much is said of what is read.
+#[derive(Clone, Copy, PartialEq)]
+enum Detail {
+    All,
+    /// Without the light.
+    Codes,
+    /// Nor names.
+    Letters,
+}
+
+impl Detail {
+    /// The text of the readings, and whether each part of it is bright: those of the picture that is `shown`.
+    fn parts(self, found: &[Reading], shown: usize) -> Vec<(String, bool)> {
+        let two = found.len() > 1;
+        let mut parts = Vec::new();
+        for (place, reading) in found.iter().enumerate() {
+            if two {
+                let space = if place == 1 { "   " } else { "" };
+                let name = match self {
+                    Self::Letters => "",
+                    _ => &reading.name,
+                };
+                let letter = ["A", "B"][place.min(1)];
+                parts.push((format!("{space}{letter} {name}  "), false));
+            }
+            let text = match self {
+                Self::All => reading.text(),
+                _ => reading.codes_text(),
+            };
+            parts.push((text, place == shown));
+        }
+        parts
+    }
+}
+
+/// Adds to a line of the strip.
+fn append(job: &mut LayoutJob, text: &str, color: Color32) {
+    let format = TextFormat {
+        font_id: FontId::monospace(12.0),
+        color,
+        ..TextFormat::default()
+    };
+    job.append(text, 0.0, format);
 }
 
 /// The strip below the picture: frame, light, and the region or the pixel in both pictures. The one under the cursor is bright.
@@ -152,70 +228,68 @@ pub fn strip_ui(
     let buttons = Rect::from_min_max(rect.right_top() - vec2(BUTTONS, 0.0), rect.max);
     let state = context.state;
     let light = match state.solo.first() {
-        Some(&lamp) => format!("{} alone", context.lamps_named(lamp)),
+        Some(&lamp) => format!("solo {}", context.lamps_named(lamp)),
         None if relit.scene.lighting.is_solo() => {
-            format!("{} alone", relit.scene.lighting.solo_titles().join(", "))
+            format!("solo {}", relit.scene.lighting.solo_titles().join(", "))
         }
         None => relit.environment.clone(),
     };
-    let mut lines = [LayoutJob::default(), LayoutJob::default()];
-    let mut add = |line: usize, text: &str, color| {
-        let format = TextFormat {
-            font_id: FontId::monospace(12.0),
-            color,
-            ..TextFormat::default()
-        };
-        lines[line].append(text, 0.0, format);
-    };
-    let frame = relit.scene.frame;
-    add(0, &format!("frame {frame}   {light}"), theme::QUIET);
+    let mut first = LayoutJob::default();
+    let mut add = |text: &str, color| append(&mut first, text, color);
+    let (frame, effects) = (relit.scene.frame, relit.scene.effects);
+    add(&format!("frame {frame}   {light}"), theme::QUIET);
     let gain = state.gain;
     let differs = state.compare.on && state.compare.mode == CompareMode::Difference;
     if differs {
-        add(0, &format!("   difference × {gain}"), theme::QUIET);
+        add(&format!("   difference × {gain}"), theme::QUIET);
     }
-    if let Some(words) = viewing::words(&relit.scene.viewing) {
-        add(0, &format!("   {words}"), theme::VIEWING);
+    if let Some(words) = viewing::words(&relit.scene.viewing, effects.inspection) {
+        add(&format!("   {words}"), theme::VIEWING);
     }
     let pixel;
     let found = match (state.region, state.probed) {
         (Some(region), _) => {
             let [columns, rows] = region.size();
-            let found = means.of(context, relit, region);
-            Some((format!("   mean of {columns} × {rows}"), found))
+            let found = means.of(context, relit, region, moves(ui, context));
+            add(&format!("   mean of {columns} × {rows}"), theme::QUIET);
+            found
         }
         (None, Some([x, y])) => {
-            pixel = readings(context, relit, Region::pixel([x, y]));
-            Some((format!("   {x:4},{y:4}"), pixel.as_slice()))
+            add(&format!("   {x:4},{y:4}"), theme::QUIET);
+            pixel = readings(context, relit, Region::pixel([x, y]), 1);
+            pixel.as_slice()
         }
-        (None, None) => None,
+        (None, None) => &[],
     };
-    if let Some((place, found)) = found {
-        add(0, &place, theme::QUIET);
-        let two = found.len() > 1;
-        for (place, reading) in found.iter().enumerate() {
-            let color = match two && (place == 1) != second {
-                true => theme::QUIET,
-                false => theme::TEXT,
-            };
-            if two {
-                let space = if place == 1 { "   " } else { "" };
-                let name = format!("{space}{} {}  ", ["A", "B"][place], reading.name);
-                add(1, &name, theme::QUIET);
-            }
-            add(1, &reading.text(), color);
+    // What is bright, and as much of it as there is room for.
+    let shown = usize::from(second).min(found.len().saturating_sub(1));
+    let right = rect.right() - GAP;
+    let values = [Detail::All, Detail::Codes, Detail::Letters].map(|detail| {
+        let mut job = LayoutJob::default();
+        for (text, is_bright) in detail.parts(found, shown) {
+            append(
+                &mut job,
+                &text,
+                if is_bright { theme::TEXT } else { theme::QUIET },
+            );
         }
-    }
-    let text = lines.each_ref().map(|line| &*line.text).join("   ");
-    let rights = [buttons.left(), rect.right() - GAP];
-    for ((line, mut job), right) in lines.into_iter().enumerate().zip(rights) {
-        let at = rect.min + vec2(GAP, 3.0 + LINE * line as f32);
+        job
+    });
+    let text = format!("{}   {}", first.text, values[0].text);
+    let line = |place: usize| rect.min + vec2(GAP, 3.0 + LINE * place as f32);
+    let draw = |mut job: LayoutJob, place: usize, right: f32| {
+        let at = line(place);
         job.wrap.max_width = right - at.x;
-        job.wrap.max_rows = 1;
-        job.wrap.break_anywhere = true;
+        (job.wrap.max_rows, job.wrap.break_anywhere) = (1, true);
         let galley = ui.painter().layout_job(job);
         ui.painter().galley(at, galley, theme::QUIET);
-    }
+    };
+    draw(first, 0, buttons.left());
+    let room = right - line(1).x;
+    let fits = |job: &LayoutJob| ui.painter().layout_job(job.clone()).size().x <= room;
+    let [all, codes, letters] = values;
+    let values = [all, codes].into_iter().find(fits).unwrap_or(letters);
+    draw(values, 1, right);
     let response = ui.interact(rect, ui.scope_id().with("readout"), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, text.trim_end()));
     let mut hint = "The pixel under the cursor: 8-bit codes as they are shown, then scene-linear light. A and B are the \
@@ -226,20 +300,20 @@ pub fn strip_ui(
         hint += &format!(". The difference is shown × {gain}");
     }
     response.on_hover_text(hint);
-    // Over what is read.
     buttons_ui(ui, buttons, context, out);
 }
 
 /// Loop, zoom and what fits the picture, at the right end of the strip.
 fn buttons_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
+    // Beside the first line alone.
     let rect = rect
-        .with_max_y(rect.top() + LINE + 9.0)
-        .shrink2(vec2(GAP, 2.0));
+        .with_max_y(rect.top() + LINE + 3.0)
+        .shrink2(vec2(GAP, 1.0));
     ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
-            ui.spacing_mut().button_padding = vec2(6.0, 1.0);
-            ui.spacing_mut().interact_size.y = 19.0;
+            ui.spacing_mut().button_padding = vec2(6.0, 0.0);
+            ui.spacing_mut().interact_size.y = 18.0;
             let hint = "One pixel of the picture on one pixel of the screen. Key: 1";
             if ui.small_button("1:1").on_hover_text(hint).clicked() {
                 out.push(Command::Window(WindowCommand::ActualSize));
@@ -314,5 +388,40 @@ mod tests {
             mean.text(),
             "  7.2  42.1 255.0   linear 0.5000 0.0000 1.2500"
         );
+    }
+
+    #[test]
+    fn where_there_is_less_room_the_light_goes_first_and_the_codes_never() {
+        let reading = |name: &str, linear| Reading {
+            name: name.to_owned(),
+            codes: [1.0, 2.0, 3.0],
+            linear,
+            is_mean: false,
+        };
+        let found = [reading("relit", Some([0.5; 3])), reading("sky", None)];
+        let text = |detail: Detail, found: &[Reading]| {
+            let parts = detail.parts(found, 1);
+            let bright: Vec<bool> = parts.iter().map(|(_, bright)| *bright).collect();
+            assert!(found.len() == 1 || bright == [false, false, false, true]);
+            parts.into_iter().map(|(text, _)| text).collect::<String>()
+        };
+        let light = "   linear 0.5000 0.5000 0.5000";
+        for (detail, said) in [
+            (
+                Detail::All,
+                format!("A relit    1   2   3{light}   B sky    1   2   3"),
+            ),
+            (
+                Detail::Codes,
+                "A relit    1   2   3   B sky    1   2   3".to_owned(),
+            ),
+            (
+                Detail::Letters,
+                "A     1   2   3   B     1   2   3".to_owned(),
+            ),
+        ] {
+            assert_eq!(text(detail, &found), said);
+        }
+        assert_eq!(text(Detail::Codes, &found[..1]), "  1   2   3");
     }
 }

@@ -1,17 +1,19 @@
 //! The bar above the picture: what is compared on the left; on the right how it is looked at, of which nothing is exported.
 
+use super::look_list::{list, look_list_ui};
 use super::viewing;
-use crate::command::{Command, Dialog, ExportCommand, TrainingCommand, ViewCommand};
+use crate::command::{Command, Dialog, ExportCommand, LookCommand, TrainingCommand, ViewCommand};
 use crate::comparison::{CompareMode, CompareSettings, GAINS, Reference};
 use crate::export_options::ExportOptions;
+use crate::four_looks::FourSlot;
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::training::checkpoints;
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
 use egui::{
-    Align, Button, ComboBox, Layout, Margin, Rect, Response, RichText, Role, ScrollArea, Ui,
-    UiBuilder, WidgetInfo,
+    Align, Button, ComboBox, Layout, Margin, Rect, Response, RichText, Role, Ui, UiBuilder,
+    WidgetInfo,
 };
 
 /// How two pictures are compared by hand.
@@ -46,6 +48,7 @@ pub fn name(with: &Reference, context: &PanelContext) -> String {
                 .find(|e| e.listed.origin == *origin);
             entry.map_or_else(|| origin.to_string(), |entry| context.title(entry))
         }
+        Reference::Look(id, number) => FourSlot::Stored(id.clone(), *number).name(),
         Reference::Exemplar(pose) => {
             let poses = context.project.map(|p| &p.settings.shoot.poses);
             let name = poses.and_then(|poses| poses.get(*pose));
@@ -63,6 +66,7 @@ pub fn name(with: &Reference, context: &PanelContext) -> String {
 }
 
 pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
+    let lighting = &context.state.look.lighting;
     ui.painter().rect_filled(rect, 0.0, theme::PANEL);
     let row = |rect: Rect| UiBuilder::new().max_rect(rect - Margin::symmetric(8, 3));
     let first = rect.with_max_y(rect.top() + HEIGHT);
@@ -72,7 +76,20 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
             ui.spacing_mut().item_spacing.x = GAP;
             compare_ui(ui, context, out);
             if let Some(&lamp) = context.state.solo.first() {
-                solo_ui(ui, lamp, context, out);
+                let hint = "Back to the environment. Key: Esc. Page Up and Page Down go through the lamps.";
+                if solo_ui(ui, &context.lamps_named(lamp), hint) {
+                    out.push(Command::View(ViewCommand::Solo(None)));
+                }
+            } else if let Some((first, others)) = lighting.solo_titles().split_first() {
+                let names = match others.len() {
+                    0 => short(first),
+                    more => format!("{} + {more}", short(first)),
+                };
+                let hint = "All lights and the environment again. Key: Esc";
+                if solo_ui(ui, &names, hint) {
+                    let lighting = lighting.clone().without_solo();
+                    out.push(Command::Look(LookCommand::Lighting(Box::new(lighting))));
+                }
             }
             table_ui(ui, context, out);
             if context.state.doubts {
@@ -133,7 +150,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         }
         let now = compare.on.then_some(&compare.reference);
         pictures_ui(ui, context, now, out, against);
-        if ui.button("True OLATs in a folder…").clicked() {
+        if ui.button("Truth in a folder…").clicked() {
             out.push(Command::Dialog(Dialog::ComparisonTruth));
         }
     });
@@ -176,10 +193,10 @@ fn first_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 fn mode_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let compare = &context.state.compare;
     let ways = [
-        (CompareMode::Wipe, "wipe"),
-        (CompareMode::Side, "side by side"),
-        (CompareMode::Toggle, "one at a time"),
-        (CompareMode::Difference, "difference"),
+        (CompareMode::Wipe, "Wipe"),
+        (CompareMode::Side, "Side by side"),
+        (CompareMode::Toggle, "One at a time"),
+        (CompareMode::Difference, "Difference"),
     ];
     let now = ways.iter().find(|(mode, _)| *mode == compare.mode);
     let list = ComboBox::from_id_salt("how to compare")
@@ -249,6 +266,15 @@ fn pictures_ui(
             }
         });
     });
+    ui.menu_button("Look", |ui| {
+        let now = match now {
+            Some(Reference::Look(id, number)) => FourSlot::Stored(id.clone(), *number),
+            _ => FourSlot::Empty,
+        };
+        if let Some((id, number)) = look_list_ui(ui, context, &now) {
+            out.push(choose(Reference::Look(id, number)));
+        }
+    });
     ui.menu_button("Photographed pose", |ui| {
         let poses = context.project.map(|project| &project.settings.shoot.poses);
         for (pose, name) in poses.into_iter().flatten().enumerate() {
@@ -262,11 +288,6 @@ fn pictures_ui(
     if let Some(truth) = truth.find(|with| matches!(with, Reference::Truth(_))) {
         entry(ui, out, "True OLATs", truth.clone());
     }
-}
-
-/// A list in a menu. Its height is reserved, because the menu may open before the list is read.
-fn list() -> ScrollArea {
-    ScrollArea::vertical().min_scrolled_height(320.0)
 }
 
 /// The saved states of the network.
@@ -299,14 +320,10 @@ fn checkpoints_ui(
     });
 }
 
-/// The lamps shown alone, as a button that returns to the environment.
-fn solo_ui(ui: &mut Ui, lamp: usize, context: &PanelContext, out: &mut Vec<Command>) {
-    let text = format!("{} alone ×", context.lamps_named(lamp));
-    let back = Button::new(RichText::new(text).color(theme::ACCENT));
-    let hint = "Back to the environment. Key: Esc. Page Up and Page Down go through the lamps.";
-    if ui.add(back).on_hover_text(hint).clicked() {
-        out.push(Command::View(ViewCommand::Solo(None)));
-    }
+/// What lights the subject alone, as a button that ends this; whether it was clicked.
+fn solo_ui(ui: &mut Ui, names: &str, hint: &str) -> bool {
+    let back = Button::new(RichText::new(format!("Solo: {names} ×")).color(theme::ACCENT));
+    ui.add(back).on_hover_text(hint).clicked()
 }
 
 /// The look-up table that the picture is shown through, as a button that takes it away.

@@ -10,14 +10,17 @@ use crate::panels::picture::{SHOWN, TONE_CURVES, curve_name};
 use crate::state::State;
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
+use egui::text::LayoutJob;
 use egui::{
     Align2, Button, ComboBox, DragValue, FontId, Frame, Margin, Rect, RichText, Role, Sense, Ui,
     WidgetInfo, vec2,
 };
-use scene::{EXPOSURE_STOPS, GAMMA, Inspection, ViewTransform, Viewing};
+use scene::{Channel, EXPOSURE_STOPS, GAMMA, Inspection, ViewTransform, Viewing};
 
 /// Width of a number in points.
 const FIELD: f32 = 52.0;
+/// Points at the edge of the pictures that the sign takes.
+pub const SIGN: f32 = 32.0;
 /// Height of the menu of curves and views in points, at most.
 const MENU: f32 = 480.0;
 
@@ -128,7 +131,8 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             }
         });
     (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "View"));
-    let hint = "What to look through: a tone curve, or a view of an OpenColorIO configuration. The curve that is exported is under Light.";
+    let hint =
+        "A tone curve or OpenColorIO view, for looking only. Exports use the curve under Light.";
     list.response.on_hover_text(hint);
 }
 
@@ -157,8 +161,22 @@ fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     );
 }
 
+/// What is shown in place of the picture, in words.
+fn inspected(inspection: Inspection) -> Option<&'static str> {
+    Some(match inspection {
+        Inspection::Channel(Channel::Red) => "red channel",
+        Inspection::Channel(Channel::Green) => "green channel",
+        Inspection::Channel(Channel::Blue) => "blue channel",
+        Inspection::Channel(Channel::Luminance) => "luminance",
+        Inspection::Channel(Channel::Alpha) => "matte (alpha)",
+        Inspection::FalseColor => "false colour",
+        // A difference is named where the pictures are.
+        Inspection::Picture | Inspection::Difference { .. } => return None,
+    })
+}
+
 /// What is changed for looking; None if the picture is shown as it is exported.
-pub fn words(viewing: &Viewing) -> Option<String> {
+pub fn words(viewing: &Viewing, inspection: Inspection) -> Option<String> {
     let Viewing {
         exposure_stops,
         gamma,
@@ -166,6 +184,7 @@ pub fn words(viewing: &Viewing) -> Option<String> {
         through,
     } = viewing;
     let mut changes = Vec::new();
+    changes.extend(inspected(inspection).map(str::to_owned));
     if *exposure_stops != 0.0 {
         changes.push(format!("{exposure_stops:+.1} stops"));
     }
@@ -189,16 +208,20 @@ fn unexported(state: &State) -> Viewing {
     viewing
 }
 
-/// The sign over the picture while it is not shown as it is exported.
-pub fn sign_ui(ui: &Ui, rect: Rect, state: &State) {
-    let Some(words) = words(&unexported(state)) else {
+/// The sign over the pictures, in the middle of an edge, while they are not shown as they are exported.
+pub fn sign_ui(ui: &Ui, rect: Rect, edge: Align2, state: &State) {
+    let Some(words) = words(&unexported(state), state.shown_inspection()) else {
         return;
     };
     let text = format!("{} {words}: not exported", icons::SEEN);
     let painter = ui.painter().with_clip_rect(rect);
-    let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), theme::VIEWING);
+    let font = FontId::proportional(13.0);
+    let room = (rect.width() - 2.0 * GAP - 12.0).max(1.0);
+    let mut job = LayoutJob::simple(text, font, theme::VIEWING, room);
+    (job.wrap.max_rows, job.wrap.break_anywhere) = (1, true);
+    let galley = painter.layout_job(job);
     let size = galley.size() + vec2(12.0, 6.0);
-    let back = Align2::CENTER_TOP.align_size_within_rect(size, rect.shrink(GAP));
+    let back = edge.align_size_within_rect(size, rect.shrink(GAP));
     painter.rect_filled(back, 3.0, theme::WELL);
     painter.galley(back.min + vec2(6.0, 3.0), galley, theme::VIEWING);
     let sign = ui.interact(back, ui.scope_id().with("viewing"), Sense::hover());
@@ -214,18 +237,27 @@ mod tests {
 
     #[test]
     fn what_is_changed_for_looking_is_said_and_nothing_else() {
-        assert_eq!(words(&Viewing::default()), None);
+        let plain = Inspection::Picture;
+        let neutral = Viewing::default();
+        assert_eq!(words(&neutral, plain), None);
+        assert_eq!(words(&neutral, Inspection::Difference { gain: 4.0 }), None);
         let viewing = Viewing {
             exposure_stops: -1.5,
             gamma: 1.2,
             view: Some(ViewTransform::Aces),
             through: None,
         };
-        let said = words(&viewing).unwrap();
+        let said = words(&viewing, plain).unwrap();
         assert_eq!(said, "viewing -1.5 stops, γ 1.20, ACES");
         let through = Some(Arc::new(DisplayTable::of("Film".to_owned(), |_| ())));
         let through = Viewing { through, ..viewing };
-        assert_eq!(words(&through).unwrap(), "viewing -1.5 stops, γ 1.20, Film");
+        let said = words(&through, Inspection::Channel(Channel::Red)).unwrap();
+        assert_eq!(said, "viewing red channel, -1.5 stops, γ 1.20, Film");
+        // Whatever the menu shows in place of the picture is named.
+        for (inspection, name, _) in SHOWN {
+            let is_said = words(&neutral, inspection).is_some();
+            assert_eq!(is_said, inspection != plain, "{name}");
+        }
     }
 
     #[test]
@@ -240,7 +272,7 @@ mod tests {
         state.viewing.through = Some(Arc::new(table));
         state.viewing.exposure_stops = 1.0;
         state.color_view = Some(film.clone());
-        let said = |state: &State| words(&unexported(state)).unwrap();
+        let said = |state: &State| words(&unexported(state), Inspection::Picture).unwrap();
         assert_eq!(said(&state), "viewing +1.0 stops, Film");
         state.export_options.ocio = film;
         assert_eq!(said(&state), "viewing +1.0 stops");

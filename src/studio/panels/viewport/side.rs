@@ -1,0 +1,88 @@
+//! Which of the two pictures that are compared is seen, what it is called, and its codes.
+
+use super::toolbar;
+use crate::comparison::CompareMode;
+use crate::panel_context::PanelContext;
+use egui::Ui;
+use worker::PreviewPicture;
+
+/// One of the two pictures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    #[default]
+    First,
+    Second,
+}
+
+/// What is seen of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seen {
+    /// The picture, which is compared with nothing.
+    Alone,
+    /// One at a time.
+    One(Side),
+    Both,
+    /// Their difference, in place of the first.
+    Difference,
+}
+
+/// Whether a person holds Shift to see what the picture is compared with.
+pub fn peeks(ui: &Ui) -> bool {
+    ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down())
+}
+
+impl Seen {
+    /// What of the newest picture is seen now.
+    pub fn now(ui: &Ui, context: &PanelContext, relit: &PreviewPicture) -> Self {
+        let compare = &context.state.compare;
+        if !compare.on || context.state.four.on || relit.second.is_none() {
+            // Another picture may stand in the place of the relit one even so.
+            return match relit.first {
+                Some(_) => Self::One(Side::First),
+                None => Self::Alone,
+            };
+        }
+        match compare.mode {
+            CompareMode::Side => Self::Both,
+            _ if peeks(ui) => Self::One(Side::Second),
+            CompareMode::Wipe => Self::Both,
+            CompareMode::Toggle if compare.second => Self::One(Side::Second),
+            CompareMode::Toggle => Self::One(Side::First),
+            CompareMode::Difference => Self::Difference,
+        }
+    }
+}
+
+impl Side {
+    /// What the picture on this side is called.
+    pub fn name(self, context: &PanelContext, relit: &PreviewPicture) -> String {
+        let compare = &context.state.compare;
+        match (self, &compare.first, &relit.first) {
+            (Self::First, Some(with), Some(_)) => toolbar::name(with, context),
+            (Self::First, ..) => "relit".to_owned(),
+            (Self::Second, ..) => toolbar::name(&compare.reference, context),
+        }
+    }
+
+    /// The same with its letter.
+    pub fn title(self, context: &PanelContext, relit: &PreviewPicture) -> String {
+        let letter = match self {
+            Self::First => "A",
+            Self::Second => "B",
+        };
+        format!("{letter} {}", self.name(context, relit))
+    }
+
+    /// Its 8-bit codes, and how many columns and rows they have. Empty where they are on the GPU alone.
+    pub fn codes(self, relit: &PreviewPicture) -> (&[u8], [usize; 2]) {
+        let other = match self {
+            Self::First => &relit.first,
+            Self::Second => &relit.second,
+        };
+        match (self, other) {
+            (_, Some((_, codes))) => (&codes.rgb, [codes.width, codes.height]),
+            (Self::First, None) => (&relit.rgb, relit.rgb_size),
+            (Self::Second, None) => (&[], [0, 0]),
+        }
+    }
+}

@@ -1,0 +1,392 @@
+//! Where things are: nothing moves, overlaps or falls out of the window, also in a small one.
+
+use super::export::{
+    choose_colors, opened, opened_with_configuration, told_export, type_name, until_exported,
+    until_said, until_share,
+};
+use super::live::{enter, open};
+use super::{
+    Window, alone, clay, clay_window, project, told_job, until, until_labelled, until_shown, window,
+};
+use afterlight::Error;
+use afterlight::project::Lock;
+use afterlight::studio::{Pane, Preferences, StudioApp, Workspace};
+use afterlight::worker::Need;
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers, Rect, vec2};
+use egui_kittest::kittest::{NodeT, Queryable};
+
+fn places(window: &Window) -> Vec<Rect> {
+    let names = ["Play", "Keys ?", "Panels", "Workspace Relight"];
+    names.map(|name| window.get_by_label(name).rect()).into()
+}
+
+#[test]
+fn nothing_moves_for_what_is_said_while_a_job_runs() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let before = places(&window);
+    let picture = |window: &Window| window.get_by_label("Relit picture").rect();
+    let shown = picture(&window);
+    let job = told_job(&mut window);
+    window.run_steps(2);
+
+    // A message.
+    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    window.run_steps(3);
+    window.get_by_label("Everything is saved as you work, with undo");
+    assert_eq!((places(&window), picture(&window)), (before.clone(), shown));
+    window.get_by_label("Close").click();
+    window.run_steps(2);
+    assert!(
+        window
+            .query_by_label_contains("Everything is saved")
+            .is_none()
+    );
+
+    // What was refused, where no picture is seen.
+    enter(&mut window, 0);
+    let calibrating = places(&window);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
+    window.run_steps(3);
+    window.get_by_label_contains("Another job is running");
+    assert_eq!(places(&window), calibrating);
+    window.get_by_label("Dismiss message").click();
+    window.run_steps(2);
+    assert!(window.query_by_label_contains("Another job").is_none());
+    enter(&mut window, 2);
+
+    // What the job waits for.
+    job.send(|progress| {
+        let mut full = true;
+        let _ = progress.retry(|| match std::mem::take(&mut full) {
+            true => {
+                let full = std::io::ErrorKind::StorageFull.into();
+                Err(Error::io("write", "live.bpk", full, "Make room"))
+            }
+            false => Ok(()),
+        });
+    })
+    .unwrap();
+    until(&mut window, "the pause", |app| {
+        app.status()
+            .job
+            .as_ref()
+            .is_some_and(|job| job.held.is_some())
+    });
+    window.get_by_label("cannot write live.bpk: the disk is full. Make room");
+    assert_eq!((places(&window), picture(&window)), (before.clone(), shown));
+    window.get_by_label("Resume").click();
+    until(&mut window, "that it goes on", |app| {
+        app.status()
+            .job
+            .as_ref()
+            .is_some_and(|job| job.held.is_none())
+    });
+    assert!(window.query_by_label_contains("cannot write").is_none());
+}
+
+#[test]
+fn a_window_that_only_reads_has_its_panes_where_they_always_are() {
+    let folder = crate::temporary();
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    project.save().unwrap();
+    let made = |project: afterlight::project::Project| {
+        let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+        until(&mut window, "first picture", |app| app.relit().is_some());
+        until_shown(&mut window);
+        window
+    };
+    let first = made(project.clone());
+    let before = places(&first);
+    drop(first);
+    let mut lock = None;
+    for _ in 0..200 {
+        lock = Lock::take(folder.path(), "another program").ok();
+        if lock.is_some() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    assert!(lock.is_some(), "the first window is closed");
+    let mut second = made(project);
+    second.get_by_label("Read-only");
+    assert_eq!(places(&second), before);
+    second.set_size(vec2(900.0, 600.0));
+    second.run_steps(4);
+    inside(&second, &in_a_row(&second, 17.0));
+}
+
+fn is_placed(node: &egui_kittest::Node) -> bool {
+    node.accesskit_node().bounding_box().is_some()
+}
+
+/// The controls whose middle is so many points below the top.
+fn in_a_row(window: &Window, y: f32) -> Vec<(String, Rect)> {
+    let controls = window.root().children_recursive();
+    let controls = controls.filter(|node| {
+        let role = node.accesskit_node().role();
+        is_placed(node)
+            && egui::accessibility::is_input(role)
+            && (node.rect().center().y - y).abs() < 6.0
+    });
+    let named = controls.map(|node| {
+        let name = node.accesskit_node().label();
+        (name.unwrap_or_default(), node.rect())
+    });
+    named.collect()
+}
+
+/// Whether controls lie in the window, and none on another.
+fn inside(window: &Window, controls: &[(String, Rect)]) {
+    let whole = window.ctx.content_rect();
+    assert!(controls.len() > 2, "{controls:?}");
+    for (i, (name, rect)) in controls.iter().enumerate() {
+        assert!(whole.contains_rect(*rect), "{name}: {rect:?}");
+        for (other, beside) in &controls[..i] {
+            let shared = rect.intersect(*beside);
+            let apart = shared.width() < 0.5 || shared.height() < 0.5;
+            assert!(apart, "{name} {rect:?} lies on {other} {beside:?}");
+        }
+    }
+}
+
+#[test]
+fn in_a_small_window_nothing_in_the_bars_overlaps_or_is_clipped() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    window.set_size(vec2(900.0, 600.0));
+    window.run_steps(4);
+    until_shown(&mut window);
+    let check = |window: &Window| {
+        inside(window, &in_a_row(window, 17.0));
+        let picture = window.get_by_label("Relit picture").rect();
+        let bar = window.root().children_recursive();
+        let bar = bar.filter(is_placed).filter(|node| {
+            let role = node.accesskit_node().role();
+            let rect = node.rect();
+            let above = rect.center().y > 60.0 && rect.center().y < 60.0 + 2.0 * 32.0;
+            let over = rect.center().x > picture.left() && rect.center().x < picture.right();
+            egui::accessibility::is_input(role) && above && over
+        });
+        let bar = bar.map(|node| {
+            let name = node.accesskit_node().label();
+            (name.unwrap_or_default(), node.rect())
+        });
+        let bar: Vec<_> = bar.collect();
+        for name in ["First: relit", "How to compare"] {
+            assert!(
+                bar.iter().any(|(known, _)| known == name),
+                "{name}: {bar:?}"
+            );
+        }
+        // They are within the pane, not only within the window.
+        for (name, rect) in &bar {
+            let fits = rect.left() >= picture.left() - 1.0 && rect.right() <= picture.right() + 1.0;
+            assert!(fits, "{name} {rect:?} is cut off at {picture:?}");
+        }
+        inside(window, &bar);
+    };
+    check(&window);
+    // A lamp alone and a difference bring more controls.
+    window.get_by_label("Compare").click();
+    window.run_steps(3);
+    window.get_by_label("Interview frame").click();
+    window.run_steps(3);
+    check(&window);
+    window.get_by_label("How to compare").click();
+    window.run_steps(3);
+    window.get_by_label("Difference").click();
+    window.run_steps(3);
+    window.key_press(Key::PageDown);
+    window.run_steps(4);
+    check(&window);
+}
+
+#[test]
+fn one_hint_at_a_time_is_shown_over_the_panorama() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let panorama = window.get_by_label("Environment map").rect();
+    let mut shown = 0;
+    for x in [0.1, 0.3, 0.5, 0.7, 0.9] {
+        for y in [0.2, 0.5, 0.8] {
+            window.event(Event::PointerMoved(panorama.lerp_inside(vec2(x, y))));
+            window.run_steps(8);
+            let layers = window
+                .ctx
+                .memory(|memory| memory.areas().visible_layer_ids());
+            let hints = layers
+                .iter()
+                .filter(|layer| layer.order == egui::Order::Tooltip);
+            let hints = hints.count();
+            assert!(hints <= 1, "{hints} hints at {x}, {y}");
+            shown += hints;
+        }
+    }
+    assert!(shown > 0, "there is a hint");
+}
+
+#[test]
+fn four_lines_of_the_log_are_seen_in_every_workspace() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let job = told_job(&mut window);
+    for word in [
+        (|p| p.say("line one")) as super::Word,
+        |p| p.say("line two"),
+        |p| p.say("line three"),
+        |p| p.say("line four"),
+        |p| p.say("line five"),
+        |p| p.say("line six"),
+    ] {
+        job.send(word).unwrap();
+    }
+    until(&mut window, "lines", |app| app.status().log.len() >= 6);
+    window.get_by_label("Close").click();
+    for place in 0..Workspace::ALL.len() {
+        enter(&mut window, place);
+        open(&mut window, Pane::Log);
+        window.run_steps(4);
+        let top = window.get_by_label("Hard cases…").rect().top() - 4.0;
+        let bottom = window.get_by_label("Keys ?").rect().top() - 5.0;
+        let lines = window.query_all_by_label_contains("line ");
+        let seen = lines.filter(|line| line.rect().top() >= top && line.rect().bottom() <= bottom);
+        let seen = seen.count();
+        assert!(seen >= 4, "{seen} lines in {:?}", Workspace::ALL[place]);
+        window.get_by_label("Copy all");
+    }
+}
+
+#[test]
+fn the_newest_export_is_seen_whatever_is_chosen_above_it() {
+    let (mut window, root, _folder) = opened_with_configuration();
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    choose_colors(&mut window, "sRGB", "Un-tone-mapped");
+    window.get_by_label("Format EXR").click();
+    window.run_steps(2);
+    window.get_by_label("One for each lamp").click();
+    window.run_steps(2);
+    std::fs::create_dir_all(root.join("exports")).unwrap();
+    std::fs::write(root.join("exports/there.0000.exr"), "").unwrap();
+    type_name(&mut window, "exports/there");
+    until_said(&mut window, "1 file with this name already exists");
+    window.get_by_label("Resume a stopped export");
+    let _older = told_export(&window, "older.mov", &root);
+    let tell = told_export(&window, "newest.0000–0007.png", &root);
+    until(&mut window, "two exports", |app| app.exports().len() == 2);
+    let seen = |window: &mut Window, button: &str| {
+        for height in [720.0, 600.0] {
+            window.set_size(vec2(1280.0, height));
+            window.run_steps(6);
+            let bottom = window.get_by_label("Keys ?").rect().top() - 5.0;
+            let name = window.get_by_label("newest.0000–0007.png").rect();
+            let button = window.get_by_label(button).rect();
+            let add = window.get_by_label("Add to queue").rect();
+            let queue = window.get_by_label("Queue").rect();
+            assert!(
+                name.top() > queue.bottom() && button.bottom() <= bottom,
+                "{name:?} … {button:?} of {bottom}"
+            );
+            assert!(add.bottom() <= queue.top() && add.top() > 60.0, "{add:?}");
+        }
+    };
+    seen(&mut window, "Remove newest.0000–0007.png");
+    drop(_older);
+    tell.send(()).unwrap();
+    until_share(&mut window, 0.125);
+    seen(&mut window, "Cancel newest.0000–0007.png");
+    drop(tell);
+    until_exported(&mut window, 2);
+    seen(&mut window, "Open folder newest.0000–0007.png");
+}
+
+#[test]
+fn exports_that_wait_have_the_names_of_their_files() {
+    let (mut window, root, _folder) = opened();
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    let hold = told_export(&window, "hold.mov", &root);
+    type_name(&mut window, "exports/quick");
+    until_labelled(&mut window, "4 frames: quick.0000.png … quick.0003.png");
+    for _ in 0..2 {
+        window.get_by_label("Add to queue").click();
+        window.run_steps(2);
+    }
+    let names = |window: &Window| -> Vec<String> {
+        let queue = window.state().exports();
+        queue.iter().skip(1).map(|e| e.name.clone()).collect()
+    };
+    let expected = ["quick.0000–0003.png", "quick_2.0000–0003.png"];
+    assert_eq!(names(&window), expected);
+    until_labelled(&mut window, "4 frames: quick_3.0000.png … quick_3.0003.png");
+    drop(hold);
+    until_exported(&mut window, 3);
+    assert_eq!(names(&window), expected);
+    for name in ["quick", "quick_2"] {
+        assert!(root.join(format!("exports/{name}.0003.png")).exists());
+    }
+    until_labelled(&mut window, "4 frames: quick_3.0000.png … quick_3.0003.png");
+}
+
+#[test]
+fn the_menu_at_the_project_s_name_leads_to_every_project() {
+    let test = "room::the_menu_at_the_project_s_name_leads_to_every_project";
+    if !alone(test, &super::NO_DIALOGS) {
+        return;
+    }
+    let (folder, elsewhere) = (crate::temporary(), crate::temporary());
+    let film = project::imported(elsewhere.path());
+    let mut preferences = Preferences::from_file(&elsewhere.path().join("window.json"));
+    preferences.opened(&film.root);
+    let clay = clay::project(folder.path(), clay::environments(folder.path()));
+    let mut window = window(|ctx| StudioApp::over_as(ctx, preferences, clay, clay::source));
+    until(&mut window, "first picture", |app| app.relit().is_some());
+    let menu = |window: &mut Window, entry: &str| {
+        window
+            .get_by_role_and_label(Role::Button, "Project")
+            .click();
+        window.run_steps(3);
+        until_labelled(window, entry);
+        window.run_steps(2);
+    };
+    // Its first frame stands beside its name.
+    menu(&mut window, "virtual stage");
+    window.get_by_label(&folder.path().display().to_string());
+    until(&mut window, "first frame", |app| {
+        app.recents().thumbnail(&film.root).is_some()
+    });
+    let entry = window.get_by_label("virtual stage").rect();
+    assert!(entry.width() > 100.0 && entry.height() > 30.0, "{entry:?}");
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+
+    menu(&mut window, "Show in the file manager");
+    window.get_by_label("Show in the file manager").click();
+    until(&mut window, "why not", |app| app.status().refusal.is_some());
+    window.get_by_label_contains("Could not open the folder. Path copied");
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+
+    menu(&mut window, "Open project…");
+    window.get_by_label("Open project…").click();
+    window.run_steps(3);
+    until_labelled(&mut window, "Open a project");
+    window.get_by_label("Cancel").click();
+    window.run_steps(3);
+
+    menu(&mut window, "virtual stage");
+    window.get_by_label("virtual stage").click();
+    let needs = project::needs(Some(Need::Calibration));
+    until(&mut window, "the other project", needs);
+    assert_eq!(window.state().project().unwrap().root, film.root);
+
+    menu(&mut window, "New project…");
+    window.get_by_label("New project…").click();
+    until_labelled(&mut window, "New project");
+}
