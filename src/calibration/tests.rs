@@ -196,7 +196,7 @@ fn lamps_that_the_network_does_not_learn_serve_the_calibration() {
     let subset = keep_lamps(&mut project, learnt, &silent).unwrap();
     project.save().unwrap();
     assert_eq!(Project::open(folder.path()).unwrap(), project);
-    let error = Calibration::load(&project).unwrap_err().to_string();
+    let error = Calibration::load(&project).unwrap_err().for_terminal();
     assert!(error.contains("afterlight calibrate"), "{error}");
     let found = calibrate(&mut project, &CalibrateSettings::default(), &silent).unwrap();
     // Sums go over the lamps in another order, so that the fits differ a little.

@@ -204,7 +204,7 @@ fn nothing_is_green_before_it_was_measured() {
                 .remedy
                 .as_ref()
                 .unwrap()
-                .contains("afterlight calibrate")
+                .contains("Calibrate the project")
         );
     }
     let json = serde_json::to_value(&report).unwrap();

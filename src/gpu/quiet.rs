@@ -58,7 +58,7 @@ mod tests {
         let before = get_timerslack().unwrap();
         let slack = || get_timerslack().unwrap();
         let started = starting(|| std::thread::spawn(slack).join().unwrap());
-        assert_eq!(started as u64, u64::from(SLACK_NS));
+        assert_eq!(u64::try_from(started).unwrap(), SLACK_NS);
         assert_eq!(slack(), before);
     }
 }

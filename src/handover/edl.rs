@@ -229,7 +229,7 @@ mod tests {
             assert!(check(rate).is_ok(), "{rate:?}");
         }
         for rate in [(120, 1), (12500, 1000), (1, 2)] {
-            let error = check(rate).unwrap_err().to_string();
+            let error = check(rate).unwrap_err().for_terminal();
             assert!(error.contains("otio"), "{error}");
         }
     }

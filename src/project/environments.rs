@@ -2,6 +2,7 @@
 
 use super::Project;
 use base::error::{Error, Result};
+use base::files::shown;
 use light::built_in;
 use light::conventions::Front;
 use serde::{Deserialize, Serialize};
@@ -65,7 +66,7 @@ impl KnownEnvironment {
                 "The file of the environment {} is missing: {}. It stays in the list: restore the file, or remove \
                  the environment and add the file from its new place",
                 self.name,
-                self.file.display()
+                shown(&self.file)
             )
         })
     }

@@ -349,7 +349,8 @@ impl StudioApp {
         let unsaved = self.autosave.unsaved().map(str::to_owned);
         let saving = self.autosave.saving();
         if saving.is_some() {
-            ui.ctx().request_repaint_after(std::time::Duration::from_millis(500));
+            ui.ctx()
+                .request_repaint_after(std::time::Duration::from_millis(500));
         }
         let folded = self.autosave.folded().clone();
         let root = self.session.project.as_ref().map(|project| &project.root);

@@ -173,9 +173,8 @@ impl Reference {
                 let look = &state.look;
                 let mut list = look.environments.iter();
                 let listed = list.find(|listed| listed.origin == *origin);
-                let listed = listed.ok_or_else(|| {
-                    format!("{origin} is not in the list any more")
-                })?;
+                let listed =
+                    listed.ok_or_else(|| format!("{origin} is not in the list any more"))?;
                 let light = light_of(environments, origin);
                 let light = light.ok_or_else(|| reading(environments, listed))?;
                 Comparison::Light(light, listed.front().turned(look.yaw_deg))

@@ -10,6 +10,8 @@ pub const TABS_HEIGHT: f32 = 24.0;
 pub const BORDER: f32 = 2.0;
 /// Height in points of timeline and log: the ruler fits, and three lines of the log.
 const BELOW: f32 = 112.0;
+/// The same where it is narrow: the log has its buttons above its lines there.
+const NARROW: f32 = 150.0;
 /// The same where light is animated: several lanes fit, or a curve.
 const LANES: f32 = 184.0;
 /// Smallest width and height of the main pane in points.
@@ -167,7 +169,7 @@ impl Workspace {
                 let right = divided(
                     &mut tiles,
                     LinearDir::Vertical,
-                    &[(picture, 900.0), (below, BELOW)],
+                    &[(picture, 900.0), (below, NARROW)],
                 );
                 let columns = [(main, 0.0), (right, 400.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)

@@ -695,22 +695,27 @@ fn work_that_ends_while_the_window_is_in_the_background_asks_for_a_look() {
         window.run_steps(2);
         window.get_by_label("Add to queue").click();
         let mut asked = false;
-        let started = std::time::Instant::now();
-        loop {
+        let mut step = |window: &mut Window| {
             window.step();
             let commands = window.output().viewport_output.values();
             asked |= commands
                 .flat_map(|viewport| &viewport.commands)
                 .any(|c| matches!(c, egui::ViewportCommand::RequestUserAttention(_)));
-            let over = |e: &afterlight::worker::Export| e.status.sentence().is_some();
-            if window.state().exports().iter().filter(|e| over(e)).count() == exports {
-                break;
-            }
+        };
+        let over = |e: &afterlight::worker::Export| e.status.sentence().is_some();
+        let started = std::time::Instant::now();
+        while window.state().exports().iter().filter(|e| over(e)).count() < exports {
             assert!(
                 started.elapsed() < super::PATIENCE,
                 "the export does not end"
             );
             std::thread::sleep(std::time::Duration::from_millis(5));
+            step(&mut window);
+        }
+        // It is told after it is over.
+        for _ in 0..20 {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+            step(&mut window);
         }
         assert_eq!(asked, !focused);
     }

@@ -30,10 +30,7 @@ fn until_drawn(window: &mut Window) {
     until(window, "thumbnails", |app| {
         let footage = app.footage();
         let wanted = footage.wanted(Pane::Footage);
-        !wanted.is_empty()
-            && wanted
-                .iter()
-                .all(|&one| footage.thumbnail(one).is_some())
+        !wanted.is_empty() && wanted.iter().all(|&one| footage.thumbnail(one).is_some())
     });
 }
 

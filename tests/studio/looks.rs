@@ -506,7 +506,11 @@ fn what_is_set_while_the_clip_plays_is_saved_and_can_be_undone_after_the_window_
     brighten(&mut window);
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     window.run_steps(2);
-    super::plain_drag(&mut window, super::MIDDLE, super::MIDDLE + egui::vec2(37.0, 0.0));
+    super::plain_drag(
+        &mut window,
+        super::MIDDLE,
+        super::MIDDLE + egui::vec2(37.0, 0.0),
+    );
     window.run_steps(2);
     assert!(window.state().state().playing);
     let set = window.state().state().look.clone();

@@ -515,7 +515,7 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
     assert_eq!(window.state().state().solo, [lamps - 1]);
     window.get_by_label(&format!("Solo: {name} ×"));
     window
-        .get_by_label("Show over the picture where errors are expected")
+        .get_by_label("Show expected errors over the picture")
         .click();
     window.run_steps(3);
     assert!(window.state().state().doubts);
@@ -628,7 +628,6 @@ fn a_verdict_is_taken_back_by_its_key_and_undone_while_the_light_stays() {
     until_is(&mut window, Some(Mark::Good), "");
     let field = window.get_by_label("Note");
     assert_eq!(field.value().unwrap_or_default(), "");
-    drop(field);
     for _ in 0..5 {
         window.key_press_modifiers(undo, Key::Z);
         window.run_steps(3);

@@ -158,7 +158,7 @@ fn a_drag_moves_the_wipe_and_not_the_light_before_the_second_picture_is_there() 
         let (mut compared, waits) = (source.comparison, waits.take());
         source.comparison = Box::new(move |rival, index| {
             // Until the test lets it go on, or is over.
-            waits.iter().for_each(|waits| drop(waits.recv()));
+            waits.iter().for_each(|waits| _ = waits.recv());
             compared(rival, index)
         });
         Ok(source)

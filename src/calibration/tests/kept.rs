@@ -10,7 +10,7 @@ fn a_calibration_of_other_lamps_is_refused() {
     assert!(
         Calibration::load(&project)
             .unwrap_err()
-            .to_string()
+            .for_terminal()
             .contains("afterlight calibrate")
     );
     calibration.save(&project).unwrap();

@@ -95,11 +95,7 @@ fn a_shoot_of_two_real_balls_without_sizes_is_imported_and_calibrated() {
     assert!(project.settings.shoot.ball.is_far() && !project.settings.shoot.ball.has_circle());
     let found = calibrate(&mut project, &CalibrateSettings::default(), &progress).unwrap();
     let notes = notes.into_inner().unwrap();
-    for says in [
-        "count as far away",
-        "1.1° at 50",
-        "`afterlight calibrate` finds it",
-    ] {
+    for says in ["count as far away", "1.1° at 50", "Calibrating finds it"] {
         assert!(
             notes.iter().any(|note| note.contains(says)),
             "{says}: {notes:?}"

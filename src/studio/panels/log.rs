@@ -6,12 +6,14 @@ use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::hard_cases::hard_cases_ui;
 use crate::status::{LogLine, Severity};
-use crate::theme;
-use egui::{Align, Layout, RichText, ScrollArea, Ui};
+use crate::theme::{self, GAP};
+use egui::{Rect, RichText, ScrollArea, Ui, UiBuilder};
 use std::collections::VecDeque;
 
 /// Width in points of the buttons.
 const BUTTONS: f32 = 104.0;
+/// Width in points below which they are above the lines.
+const NARROW: f32 = 420.0;
 
 #[derive(Default)]
 pub struct LogPanel {
@@ -22,13 +24,22 @@ pub struct LogPanel {
 impl LogPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let lines = &context.status.log;
-        let right = Layout::right_to_left(Align::Min);
-        ui.with_layout(right, |ui| {
+        let rect = ui.available_rect_before_wrap();
+        if rect.width() < NARROW {
+            ui.horizontal(|ui| self.buttons_ui(ui, lines, out));
+            lines_ui(ui, lines);
+        } else {
             // Beside the lines, of which more are seen so.
-            ui.vertical(|ui| self.buttons_ui(ui, lines, out));
-            let left = Layout::top_down(Align::Min);
-            ui.with_layout(left, |ui| lines_ui(ui, lines));
-        });
+            let middle = rect.right() - BUTTONS;
+            let part = |rect: Rect| UiBuilder::new().max_rect(rect);
+            ui.scope_builder(part(rect.with_max_x(middle - GAP)), |ui| {
+                lines_ui(ui, lines);
+            });
+            ui.scope_builder(part(rect.with_min_x(middle)), |ui| {
+                self.buttons_ui(ui, lines, out);
+            });
+            ui.advance_cursor_after_rect(rect);
+        }
         egui::Window::new("Hard cases and how they are handled")
             .open(&mut self.hard_cases)
             .collapsible(false)
@@ -37,7 +48,6 @@ impl LogPanel {
     }
 
     fn buttons_ui(&mut self, ui: &mut Ui, lines: &VecDeque<LogLine>, out: &mut Vec<Command>) {
-        ui.set_width(BUTTONS);
         ui.spacing_mut().item_spacing.y = 2.0;
         if ui.button("Hard cases…").clicked() {
             self.hard_cases = true;

@@ -76,7 +76,8 @@ impl Preview {
             true => LightMap::Sphere(rect.shrink(DOT)),
             false => LightMap::Panorama(rect),
         };
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Environment map"));
+        response
+            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Environment map"));
         ui.painter().rect_filled(rect, 2.0, theme::WELL);
         let yaw_deg = look.front().turned(look.yaw_deg);
         let turn = look.lighting.turn(yaw_deg);
