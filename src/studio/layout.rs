@@ -11,7 +11,7 @@ pub const BORDER: f32 = 2.0;
 /// Height in points of timeline and log: the ruler fits, and three lines of the log.
 const BELOW: f32 = 112.0;
 /// The same where it is narrow: the log has its buttons above its lines there.
-const NARROW: f32 = 150.0;
+const NARROW: f32 = 184.0;
 /// The same where light is animated: several lanes fit, or a curve.
 const LANES: f32 = 184.0;
 /// Smallest width and height of the main pane in points.
