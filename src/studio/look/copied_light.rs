@@ -183,7 +183,7 @@ mod tests {
             let said = CopiedLight::of_text(text).unwrap_err();
             assert!(said.contains("no light"), "{text}: {said}");
         }
-        let far = r#"{"light": {"id": 7, "pitch_deg": 1e30, "radius_deg": -5, "intensity": 1e39},
+        let far = r#"{"light": {"id": 7, "pitch_deg": 1e30, "radius_deg": -5, "intensity": 1e30},
             "keys": {"lights.9.red": {"keys": [{"frame": 0, "value": 0.5}]}, "yaw": {"keys": [{"frame": 0, "value": 1}]}}}"#;
         let mut s = lit();
         add(&mut s, CopiedLight::of_text(far).unwrap());
