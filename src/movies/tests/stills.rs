@@ -71,7 +71,7 @@ fn exr_sequences_of_every_compression_are_read() {
         .unwrap();
     bytes[at + name.len() + 4] = 11;
     std::fs::write(&path, bytes).unwrap();
-    let said = sequence.frame(1003).unwrap_err().to_string();
+    let said = sequence.frame(1003).unwrap_err().for_terminal();
     assert!(
         said.contains("shot.1003.exr") && said.contains("oiiotool"),
         "{said}"
