@@ -359,7 +359,7 @@ fn a_run_that_goes_back_learns_again_what_it_learnt() {
 
     let refused = checkpoints::go_back(&project, "77")
         .unwrap_err()
-        .to_string();
+        .for_terminal();
     assert!(
         refused.contains("77") && refused.contains("afterlight checkpoints"),
         "{refused}"

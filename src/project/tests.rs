@@ -41,7 +41,9 @@ fn a_moved_shoot_is_named_and_found_again_but_another_is_refused() {
     std::fs::rename(base.path().join("shoot"), &moved).unwrap();
     let sentence = project.check_shoot().unwrap_err().to_string();
     assert!(
-        sentence.contains("../shoot") && sentence.contains("choose where"),
+        sentence.contains("/shoot is missing")
+            && !sentence.contains("..")
+            && sentence.contains("choose where"),
         "{sentence}"
     );
 

@@ -19,7 +19,7 @@ fn a_calibration_of_other_lamps_is_refused() {
     assert!(
         Calibration::load(&project)
             .unwrap_err()
-            .to_string()
+            .for_terminal()
             .contains("afterlight calibrate")
     );
     project.settings.shoot.lamps = vec!["olat_00".into(), "olat_01".into()];

@@ -2,6 +2,7 @@
 
 use super::super::highlight::apart_from_published;
 use super::*;
+use base::progress::Report;
 use footage::{ImportSettings, import};
 use imaging::file::{read_encoded, write_mask_png, write_png};
 
@@ -85,7 +86,7 @@ fn a_shoot_of_two_real_balls_without_sizes_is_imported_and_calibrated() {
     }
     let notes = std::sync::Mutex::new(Vec::new());
     let note = |report: base::progress::Report| {
-        if let base::progress::Report::Say(text) = report {
+        if let Report::Say(text) | Report::Advise { sentence: text, .. } = report {
             notes.lock().unwrap().push(text);
         }
     };

@@ -95,7 +95,7 @@ fn squeezenet(device: &Device) -> Features {
 fn refusal(name: &str, bytes: &[u8]) -> String {
     let (_folder, path) = file(name, bytes);
     let refused = Features::open(&path, &Device::flex()).err();
-    let sentence = refused.expect("no such file is taken").to_string();
+    let sentence = refused.expect("no such file is taken").for_terminal();
     assert!(
         sentence.contains(name) && sentence.contains("--features"),
         "{sentence}"
