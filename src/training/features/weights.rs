@@ -12,8 +12,11 @@ use burn::tensor::{DType, Device, Tensor, TensorData};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-const REMEDY: &str = "Give a whole .safetensors or .pth file of torchvision's VGG-16, VGG-19 or \
-                      SqueezeNet 1.1, or leave it out";
+/// What to do about a file that cannot be used, and the option that names it.
+const REMEDY: (&str, &str) = (
+    "Give a whole .safetensors or .pth file of torchvision's VGG-16, VGG-19 or SqueezeNet 1.1, or leave it out",
+    "--features FILE",
+);
 
 /// A file of named tensors, whose values are read when they are asked for.
 pub struct WeightFile {
