@@ -164,6 +164,21 @@ fn without_detours(mut said: String) -> String {
     said
 }
 
+/// The remedy of an error, if its kind names one: a reference as that to the error is.
+macro_rules! remedy {
+    ($error:expr) => {
+        match $error {
+            Error::Io { remedy, .. }
+            | Error::Codec { remedy, .. }
+            | Error::Invalid { remedy, .. }
+            | Error::Missing { remedy, .. }
+            | Error::Busy { remedy, .. }
+            | Error::Device { remedy, .. } => Some(remedy),
+            Error::GpuLost | Error::Cancelled { .. } | Error::Bug { .. } => None,
+        }
+    };
+}
+
 impl Error {
     /// The operating system refused to `action` the file at `path`.
     pub fn io(
@@ -258,34 +273,10 @@ impl Error {
         }
     }
 
-    fn remedy(&self) -> Option<&Remedy> {
-        match self {
-            Self::Io { remedy, .. }
-            | Self::Codec { remedy, .. }
-            | Self::Invalid { remedy, .. }
-            | Self::Missing { remedy, .. }
-            | Self::Busy { remedy, .. }
-            | Self::Device { remedy, .. } => Some(remedy),
-            Self::GpuLost | Self::Cancelled { .. } | Self::Bug { .. } => None,
-        }
-    }
-
-    fn remedy_mut(&mut self) -> Option<&mut Remedy> {
-        match self {
-            Self::Io { remedy, .. }
-            | Self::Codec { remedy, .. }
-            | Self::Invalid { remedy, .. }
-            | Self::Missing { remedy, .. }
-            | Self::Busy { remedy, .. }
-            | Self::Device { remedy, .. } => Some(remedy),
-            Self::GpuLost | Self::Cancelled { .. } | Self::Bug { .. } => None,
-        }
-    }
-
     /// The same error with `note` after what to do, such as what has been kept. Kinds that name no remedy
     /// stay as they are.
     pub fn with_note(mut self, note: &str) -> Self {
-        if let Some(remedy) = self.remedy_mut() {
+        if let Some(remedy) = remedy!(&mut self) {
             remedy.words.push_str("; ");
             remedy.words.push_str(note);
         }
@@ -294,7 +285,7 @@ impl Error {
 
     /// The same error with how to put it right on the command line. Kinds that name no remedy stay as they are.
     pub fn with_how(mut self, how: impl Into<String>) -> Self {
-        if let Some(remedy) = self.remedy_mut() {
+        if let Some(remedy) = remedy!(&mut self) {
             remedy.how = Some(how.into());
         }
         self
@@ -304,7 +295,7 @@ impl Error {
     pub fn how(&self) -> Option<&str> {
         match self {
             Self::GpuLost => Some("or continue on the CPU: --device cpu"),
-            other => other.remedy()?.how.as_deref(),
+            other => remedy!(other)?.how.as_deref(),
         }
     }
 

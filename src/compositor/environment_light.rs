@@ -6,7 +6,7 @@ use super::levels::Levels;
 use super::picture::{Extra, Ingredients, Upstream};
 use base::error::Result;
 use imaging::Mask;
-use light::lighting::EnvironmentWeights;
+use light::EnvironmentWeights;
 use light::{Environment, LightWeights, Lighting, Rig};
 use scene::Scene;
 use std::sync::Arc;

@@ -9,8 +9,8 @@ use exr::prelude::{
     Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage,
 };
 use glam::{Quat, Vec3};
+use light::EnvironmentWeights;
 use light::conventions::Front;
-use light::lighting::EnvironmentWeights;
 use light::placed::Kind;
 use light::{Environment, Lighting, PlacedLight, Rig};
 use project::Project;

@@ -6,6 +6,7 @@ pub mod brightest;
 pub mod built_in;
 pub mod conventions;
 pub mod environment;
+mod environment_weights;
 mod group;
 pub mod highlight;
 pub mod keyframes;
@@ -22,6 +23,7 @@ pub mod white;
 pub mod yaw_table;
 
 pub use environment::Environment;
+pub use environment_weights::EnvironmentWeights;
 pub use group::LightGroup;
 pub use lighting::Lighting;
 pub use mapping::Mapping;

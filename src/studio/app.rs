@@ -100,13 +100,8 @@ fn needs_a_look(event: &Event) -> bool {
 
 /// What keys do while something covers the window: it is closed.
 fn closing_keys(state: &State) -> Vec<WindowCommand> {
-    let lists = [
-        (state.palette, WindowCommand::TogglePalette),
-        (state.keys, WindowCommand::ToggleKeys),
-    ];
-    let open = lists.into_iter().filter(|(open, _)| *open);
-    let toggles = open.map(|(_, toggle)| toggle);
-    toggles.chain([WindowCommand::Dismiss]).collect()
+    let keys = state.keys.then_some(WindowCommand::ToggleKeys);
+    keys.into_iter().chain([WindowCommand::Dismiss]).collect()
 }
 
 /// The window's title.
@@ -346,7 +341,7 @@ impl StudioApp {
 
     /// Draws the window.
     fn draw(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
-        let unsaved = self.autosave.unsaved().map(str::to_owned);
+        let unsaved = self.unsaved().map(str::to_owned);
         let saving = self.autosave.saving();
         if saving.is_some() {
             ui.ctx()

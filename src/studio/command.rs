@@ -167,6 +167,8 @@ pub enum ViewCommand {
     StepSolo(isize),
     /// Choose the light placed by hand that has this index.
     ChooseLight(Option<usize>),
+    /// Hide the lights of the group with this id, or show them again.
+    FoldLights(u32, bool),
     /// How the picture is looked at; nothing of it is exported.
     Viewing(Viewing),
     /// Look through a view of the OpenColorIO configuration in place of a tone curve; None to end that.
@@ -231,9 +233,9 @@ pub enum WindowCommand {
     ToggleMachine,
     /// Zoom until a pixel of the picture is one of the screen.
     ActualSize,
-    /// Close what covers the picture, leave full screen, do as [`Self::DismissRefusal`], stop placing lights on the
-    /// picture, leave the four looks, show all pictures of a cell, leave the cell, read pixels instead of a region, light by
-    /// all lamps again, or choose no light: the first of these that applies.
+    /// Close what covers the picture, leave full screen, do as [`Self::DismissRefusal`], leave the four looks, show all
+    /// pictures of a cell, leave the cell, read pixels instead of a region, light by all lamps and lights again, stop placing
+    /// lights on the picture, or choose no light: the first of these that applies.
     Dismiss,
     /// Close the message that says why something could not be done.
     DismissRefusal,
@@ -297,7 +299,7 @@ pub enum LooksCommand {
 pub enum TimelineCommand {
     /// Show all frames.
     ShowAll,
-    /// Go so many keys further in the chosen lane, or in any if none is chosen.
+    /// Go to the next key of the chosen lane, or of any if none is chosen; to the one before if negative.
     StepKey(isize),
     /// Select all keys of the curve or of the lanes.
     SelectAll,

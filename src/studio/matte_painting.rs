@@ -62,6 +62,8 @@ pub struct MattePainting {
     /// Whether all mattes are to be made once they are.
     make: bool,
     failure: Option<String>,
+    /// Why the newest strokes are not on the disk, if they could not be saved.
+    unsaved_why: Option<String>,
 }
 
 impl Default for MattePainting {
@@ -83,6 +85,7 @@ impl Default for MattePainting {
             unsaved: false,
             make: false,
             failure: None,
+            unsaved_why: None,
         }
     }
 }
@@ -109,6 +112,11 @@ impl MattePainting {
     /// Whether everything painted is on the disk.
     pub fn is_saved(&self) -> bool {
         !self.unsaved
+    }
+
+    /// Why the newest strokes are not on the disk: the last attempt to save them failed.
+    pub fn unsaved(&self) -> Option<&str> {
+        self.unsaved_why.as_deref()
     }
 
     /// The brush's radius for a picture of this size.
@@ -213,10 +221,11 @@ impl MattePainting {
         for (saved, done) in self.saver.iter().flat_map(Lookup::answers) {
             if let Err(e) = done {
                 self.failure = Some(e.to_string());
+                self.unsaved_why = Some(e.to_string());
                 // What could not be saved makes no mattes.
                 (self.unsaved, self.make) = (false, false);
             } else if matches!(&self.strokes, Some(Ok(strokes)) if *strokes == saved) {
-                self.unsaved = false;
+                (self.unsaved, self.unsaved_why) = (false, None);
             }
         }
     }

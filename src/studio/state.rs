@@ -22,6 +22,7 @@ use evaluation::review::Metric;
 use light::Lighting;
 use project::Project;
 use scene::{Inspection, Output, Scene, Viewing};
+use std::collections::BTreeSet;
 use std::mem::{Discriminant, discriminant};
 use std::path::PathBuf;
 
@@ -56,6 +57,8 @@ pub struct PathEntry {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leaving {
     pub folder: PathBuf,
+    /// It is the open project itself, which is read again.
+    pub again: bool,
     /// What would end, a sentence each.
     pub ends: Vec<String>,
 }
@@ -146,6 +149,8 @@ pub struct State {
     /// The kind of change that a drag makes: all of it is undone at once.
     dragging: Option<Discriminant<LookCommand>>,
     aiming: Aiming,
+    /// The ids of the groups whose lights are hidden.
+    folded_lights: BTreeSet<u32>,
 }
 
 impl State {
@@ -198,6 +203,7 @@ impl State {
             history: History::default(),
             dragging: None,
             aiming: Aiming::default(),
+            folded_lights: BTreeSet::new(),
         }
     }
 
@@ -245,7 +251,7 @@ impl State {
     /// Whether a question or a list lies over the window and takes the keys.
     pub fn is_covered(&self) -> bool {
         let asks = !self.closing.is_empty() || self.leaving.is_some() || self.path.is_some();
-        asks || self.palette || self.keys || self.machine
+        asks || self.palette || self.keys
     }
 
     /// First and last frame that are played and exported.
@@ -287,6 +293,7 @@ impl State {
     /// another light.
     pub fn change(&mut self, command: LookCommand) {
         let before = (self.look.environment, self.light());
+        let light = self.place_of_chosen();
         let chosen = matches!(
             command,
             LookCommand::Environment(_) | LookCommand::Aim(_) | LookCommand::Apply(_)
@@ -299,6 +306,7 @@ impl State {
             _ => None,
         };
         self.set(command);
+        self.unfold_chosen(light);
         if let Some(list) = list {
             let before = list.get(lit_by).map(|listed| listed.origin.clone());
             let new = self.look.environments.iter().skip(list.len());

@@ -34,6 +34,8 @@ pub struct RunningJob {
     /// Finished share of the stage, from 0 to 1.
     pub share: f32,
     pub note: String,
+    /// What it said last; the log keeps all of it.
+    pub said: Option<String>,
     /// What must be put right before it can continue.
     pub held: Option<String>,
     /// Whether it was asked to stop.
@@ -81,7 +83,7 @@ pub struct Status {
     /// Why something that a person asked for could not be done. It stays until it is dismissed, or until a later
     /// action answers it.
     pub refusal: Option<String>,
-    /// The last message of a job.
+    /// What is said over the window until it is closed: how the last job ended, or what it advises.
     pub message: Option<String>,
     /// All messages, the newest last.
     pub log: VecDeque<LogLine>,
@@ -162,9 +164,13 @@ impl Status {
                 (self.failure, self.refusal, self.message) = (None, None, None);
                 self.job = Some(RunningJob::new(what));
             }
-            Event::Report(Report::Say(sentence) | Report::Advise { sentence, .. }) => {
-                self.say(sentence);
+            Event::Report(Report::Say(sentence)) => {
+                self.note(Severity::Info, &sentence);
+                if let Some(job) = &mut self.job {
+                    job.said = Some(sentence);
+                }
             }
+            Event::Report(Report::Advise { sentence, .. }) => self.say(sentence),
             Event::Finished { sentence } => {
                 self.say(sentence);
                 self.job = None;
@@ -214,6 +220,7 @@ impl RunningJob {
             stage: what,
             share: 0.0,
             note: String::new(),
+            said: None,
             held: None,
             stopping: false,
             since: Instant::now(),
@@ -380,6 +387,22 @@ mod tests {
             assert_eq!(status.message.as_deref(), standing.sentence());
             assert_eq!(status.log.back().unwrap().severity, severity);
         }
+    }
+
+    #[test]
+    fn a_running_job_shows_what_it_advises_and_logs_what_it_says() {
+        let mut status = Status::new(ready());
+        status.on_event(Event::Started { what: "training" });
+        status.on_event(Event::Report(Report::Say("on the CPU".into())));
+        assert_eq!(status.message, None);
+        let job = status.job.as_ref().unwrap();
+        assert_eq!(job.said.as_deref(), Some("on the CPU"));
+        assert_eq!(status.log.back().unwrap().sentence, "on the CPU");
+        status.on_event(Event::Report(Report::Advise {
+            sentence: "Train anew".into(),
+            how: "--fresh".into(),
+        }));
+        assert_eq!(status.message.as_deref(), Some("Train anew"));
     }
 
     #[test]

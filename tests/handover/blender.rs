@@ -165,7 +165,7 @@ fn world_and_lamps_light_as_ours_do() {
         ..Default::default()
     };
     let weighting = lighting.weighting;
-    let weights = afterlight::light::lighting::EnvironmentWeights::new(&sky, &rig, weighting)
+    let weights = afterlight::light::EnvironmentWeights::new(&sky, &rig, weighting)
         .weights(&lighting, 110.0, 1.0);
     let under_lamps = |x, y| {
         normal(x, y).map(|normal| {

@@ -4,6 +4,7 @@ use super::{Window, clay_window, drag, live::until_idle, picture, plain_drag, un
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
+use tempfile::TempDir;
 
 /// The place in the window of a pixel of the fitted picture, which has 64 by 64.
 fn place(window: &Window, x: f32, y: f32) -> Pos2 {
@@ -33,6 +34,16 @@ fn until_lights(window: &mut Window, count: usize) {
 fn undo(window: &mut Window) {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     until_shown(window);
+}
+
+/// A window in which a press on the picture places a light, and its folder.
+fn aiming_window() -> (Window, TempDir) {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    window.key_press(Key::H);
+    window.run_steps(2);
+    (window, folder)
 }
 
 #[test]
@@ -87,11 +98,7 @@ fn a_drag_over_the_face_moves_one_light_and_is_undone_at_once() {
 
 #[test]
 fn a_click_beside_the_subject_places_nothing_and_says_so() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
-    window.key_press(Key::H);
-    window.run_steps(2);
+    let (mut window, _folder) = aiming_window();
     let wall = place(&window, 60.0, 4.0);
     click(&mut window, wall);
     until_said(&mut window, "this is not the subject");
@@ -131,11 +138,7 @@ fn until_said(window: &mut Window, said: &str) {
 
 #[test]
 fn the_lamp_that_falls_under_the_pointer_is_proposed_and_shown_alone() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
-    window.key_press(Key::H);
-    window.run_steps(2);
+    let (mut window, _folder) = aiming_window();
     let cheek = place(&window, 12.0, 32.0);
     window.hover_at(cheek);
     until_said(&mut window, "Right-click: solo olat_");
@@ -181,11 +184,7 @@ fn pointer_button(window: &mut Window, at: Pos2, button: PointerButton) {
 
 #[test]
 fn a_press_where_a_light_falls_takes_that_light() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
-    window.key_press(Key::H);
-    window.run_steps(2);
+    let (mut window, _folder) = aiming_window();
     let cheek = place(&window, 12.0, 32.0);
     click(&mut window, cheek);
     until_lights(&mut window, 1);
@@ -241,8 +240,17 @@ fn lights_alone_are_a_mode_that_escape_and_another_environment_end() {
         window.state().state().look.lighting.is_solo(),
         "one step leads back to both"
     );
+    // The row of the environment that is chosen.
+    let state = window.state().state();
+    let row = window.state().environments()[state.look.environment]
+        .listed
+        .name
+        .clone();
+    window.get_by_label(&row).click();
+    until_shown(&mut window);
+    assert!(!window.state().state().look.lighting.is_solo());
     // What a drag of the picture turns is not seen under a lamp alone.
-    (0..8).for_each(|_| undo(&mut window));
+    (0..9).for_each(|_| undo(&mut window));
     assert_eq!(picture(&window), before);
     window.key_press(Key::PageDown);
     until_shown(&mut window);

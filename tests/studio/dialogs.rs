@@ -175,7 +175,7 @@ fn the_keys_of_every_program_are_known() {
     let mut window = clay_window(folder.path());
     window.key_press_modifiers(Modifiers::COMMAND, Key::S);
     window.run_steps(3);
-    window.get_by_label("Everything is saved as you work, with undo");
+    window.get_by_label_contains("saved as you work, with undo");
     window.get_by_label("Close").click();
     window.run_steps(2);
     window.key_press(Key::Questionmark);
@@ -188,6 +188,12 @@ fn the_keys_of_every_program_are_known() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::N);
     window.run_steps(3);
     window.get_by_label_contains("Choose the shoot's folder, or bring its parts");
+    // What is typed there stays when the key is pressed again.
+    super::type_into(&mut window, (Role::TextInput, "Shoot"), "/film/day two");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::N);
+    window.run_steps(3);
+    let plan = window.state().wizard().plan().unwrap();
+    assert_eq!(plan.shoot, "/film/day two");
 }
 
 #[test]

@@ -27,6 +27,17 @@ use std::sync::mpsc::{Sender, channel};
 use tempfile::TempDir;
 use test_shoot::TestShoot;
 
+/// A network that is trained at once, and has hardly learnt anything.
+pub fn smallest_config() -> TrainingConfig {
+    TrainingConfig {
+        width: 8,
+        most_channels: 16,
+        epochs: 1,
+        minutes: None,
+        ..Preset::Quick.config()
+    }
+}
+
 /// A project of four frames with a network that has hardly learnt anything, made once; each test has a copy.
 pub fn trained() -> (TempDir, Project) {
     static MADE: OnceLock<(TempDir, Project)> = OnceLock::new();
@@ -37,15 +48,8 @@ pub fn trained() -> (TempDir, Project) {
             ..TestShoot::default()
         };
         let (project, found) = shoot.calibrate(folder.path(), "film");
-        let config = TrainingConfig {
-            width: 8,
-            most_channels: 16,
-            epochs: 1,
-            minutes: None,
-            ..Preset::Quick.config()
-        };
         let settings = TrainSettings {
-            config,
+            config: smallest_config(),
             exclude_frames: Vec::new(),
             hold_out: None,
             fresh: false,

@@ -265,6 +265,17 @@ fn strokes_change_the_shown_matte_are_kept_undone_and_used_for_all_mattes() {
     window.run_steps(2);
     until(&mut window, "no strokes", |app| app.matte().is_saved());
     assert!(kept().is_empty() && !Strokes::path(&project).exists());
+
+    // A folder is where the strokes should be written: nobody is told that all is saved.
+    std::fs::create_dir_all(Strokes::path(&project).join("in the way")).unwrap();
+    plain_drag(&mut window, middle, middle + vec2(60.0, 20.0));
+    until(&mut window, "refusal", |app| app.status().refusal.is_some());
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    window.run_steps(3);
+    let refusal = window.state().status().refusal.clone().unwrap();
+    assert!(refusal.starts_with("Not saved: "), "{refusal}");
 }
 
 #[test]

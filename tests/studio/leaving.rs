@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::mpsc::Sender;
 
 /// Asks the window to close; whether it asks back.
-fn close(window: &mut Window) -> bool {
+pub fn close(window: &mut Window) -> bool {
     let root = window.input_mut().viewports.entry(ViewportId::ROOT);
     root.or_default().events.push(egui::ViewportEvent::Close);
     window.step();
@@ -65,6 +65,53 @@ fn a_close_during_an_export_of_a_movie_says_that_it_is_lost_and_counts_those_tha
     });
     assert!(close(&mut window));
     window.get_by_label("2 exports in the queue are not written.");
+}
+
+#[test]
+fn a_close_is_asked_about_before_another_project() {
+    let (folder, elsewhere) = (crate::temporary(), crate::temporary());
+    let film = project::imported(elsewhere.path());
+    let (mut window, _tell) = exporting("clay.mov", folder.path());
+    drop_onto(&mut window, &film.root);
+    until_labelled(&mut window, "Stop and open");
+    assert!(close(&mut window));
+    window.get_by_label("Close while work is running?");
+    assert!(window.query_by_label("Stop and open").is_none());
+    window.get_by_label("Keep working").click();
+    window.run_steps(2);
+    window.get_by_label("Open another project while work is running?");
+    window.get_by_label("Keep working").click();
+    window.run_steps(2);
+    assert!(window.query_by_label("Keep working").is_none());
+    assert!(is_open(&window, folder.path()));
+}
+
+#[test]
+fn the_project_itself_is_opened_again_by_another_path_once_that_is_agreed() {
+    let folder = crate::temporary();
+    let film = project::imported(folder.path());
+    let link = folder.path().join("link");
+    std::os::unix::fs::symlink(&film.root, &link).unwrap();
+    let mut window = super::window(|ctx| StudioApp::over(ctx, film.clone(), super::clay::source));
+    let _tell = told_export(&window, "film.mov", folder.path());
+    until(&mut window, "the export", |app| !app.exports().is_empty());
+    drop_onto(&mut window, &link);
+    until_labelled(&mut window, "Stop and open");
+    window.run_steps(2);
+    window.get_by_label("Open the project again while work is running?");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    // A job of its own writes what would be read.
+    drop(window);
+    let mut window = super::window(|ctx| StudioApp::over(ctx, film.clone(), super::clay::source));
+    let job = told_job(&mut window);
+    drop_onto(&mut window, &link);
+    until(&mut window, "the reason", |app| {
+        app.status().refusal.is_some()
+    });
+    window.get_by_label_contains("A job is running: training the network");
+    assert!(is_open(&window, &film.root));
+    drop(job);
 }
 
 fn is_open(window: &Window, root: &Path) -> bool {

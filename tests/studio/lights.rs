@@ -1,8 +1,8 @@
 //! Lights placed by hand: their settings, their groups, and their handles on panorama, sphere and picture.
 
 use super::{
-    Window, brightness, clay_window, picture, plain_drag, retype, scroll_to, snapshot, type_into,
-    until, until_labelled, until_shown,
+    Window, brightness, clay_window, leaving, picture, plain_drag, retype, scroll_to, snapshot,
+    told_job, type_into, until, until_labelled, until_shown,
 };
 use afterlight::light::{LightGroup, PlacedLight};
 use afterlight::scene::{LightSetting, Setting};
@@ -65,15 +65,7 @@ fn a_light_has_a_gain_in_stops_and_a_temperature_and_is_muted() {
     type_number(&mut window, "Gain", "1");
     assert_eq!(lights(&window)[0].gain_stops(), 1.0);
     assert!(brightness(&picture(&window)) > brightness(&lit));
-    // The environment has a temperature of its own, further down.
-    let fields = window.query_all_by_role_and_label(Role::SpinButton, "Temperature");
-    let first = fields.min_by(|a, b| a.rect().top().total_cmp(&b.rect().top()));
-    first.unwrap().click();
-    window.run_steps(3);
-    retype(&mut window, "3200");
-    window.key_press(Key::Enter);
-    window.run_steps(4);
-    until_shown(&mut window);
+    type_number_of_light(&mut window, "Temperature", "3200");
     let warm = &lights(&window)[0];
     assert_eq!(warm.temperature_k, Some(3200.0));
     assert!(warm.color[0] > warm.color[2] + 0.5, "{warm:?}");
@@ -467,6 +459,7 @@ fn a_group_folds_and_a_name_that_is_taken_is_refused_in_words() {
     window.key_press(Key::Escape);
     window.run_steps(2);
 
+    type_number(&mut window, "Azimuth", "120");
     click(&mut window, "Group 2 group");
     assert!(window.query_by_label("Name of Light 2").is_none());
     assert!(
@@ -485,6 +478,56 @@ fn a_group_folds_and_a_name_that_is_taken_is_refused_in_words() {
     assert!(window.query_by_label("Name of Light 2").is_none());
     click(&mut window, "Rim group");
     window.get_by_label("Name of Light 2");
+    // A light that is chosen or added in a folded group is shown.
+    click(&mut window, "Rim group");
+    assert!(window.query_by_label("Name of Light 2").is_none());
+    click(&mut window, "Settings of Light 1");
+    click(&mut window, "Light 2 on the panorama");
+    window.get_by_label("Name of Light 2");
+    click(&mut window, "Rim group");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(4);
+    // A group that is removed takes its fold with it.
+    click(&mut window, "Remove Group 2; its lights stay");
+    choose(&mut window, "Group", "New group");
+    window.get_by_label("Name of Light 2");
+}
+
+#[test]
+fn keys_change_no_light_and_no_key_behind_a_question() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    add(&mut window);
+    click(&mut window, "Light 1 azimuth key at this frame");
+    let job = told_job(&mut window);
+    let before = window.state().state().look.clone();
+    let press = |window: &mut Window| {
+        let copied = Event::Paste("no light".to_owned());
+        for event in [Event::Copy, Event::Cut, copied] {
+            window.event(event);
+        }
+        for key in [Key::Delete, Key::Backspace, Key::ArrowUp] {
+            window.key_press(key);
+        }
+        window.run_steps(3);
+    };
+    let targets = ["Light 1 on the panorama", "Light 1 azimuth key at frame 0"];
+    for target in targets {
+        let at = window.get_by_label(target).rect().center();
+        plain_drag(&mut window, at, at);
+        assert!(leaving::close(&mut window));
+        press(&mut window);
+        let state = window.state();
+        assert_eq!(state.state().look, before, "{target}");
+        assert_eq!(state.status().refusal, None, "{target}");
+        window.key_press(Key::Escape);
+        window.run_steps(2);
+    }
+    // Without the question they change what has the focus.
+    press(&mut window);
+    assert_ne!(window.state().state().look, before);
+    drop(job);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! A window that keeps up: drags, playing, idling, a GPU that is lost, a disk that is full.
 
+use super::leaving::close;
 use super::on_gpu::own_gpu;
 use super::{
     MIDDLE, Window, clay, clay_window, export, pointer, snapshot, told_job, until, until_shown,
@@ -9,7 +10,7 @@ use afterlight::Error;
 use afterlight::evaluation::review::ReviewSettings;
 use afterlight::gpu::DeviceChoice;
 use afterlight::studio::{Pane, ProjectHandover, StudioApp, Workspace};
-use afterlight::training::{Preset, TrainSettings, TrainingConfig};
+use afterlight::training::TrainSettings;
 use afterlight::worker::{Job, Latest};
 use eframe::egui_wgpu::WgpuSetup;
 use egui::accesskit::Role;
@@ -446,15 +447,6 @@ fn a_close_that_would_end_work_is_asked_about_once() {
     let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
-    let close = |window: &mut Window| {
-        let root = window.input_mut().viewports.entry(ViewportId::ROOT);
-        root.or_default().events.push(egui::ViewportEvent::Close);
-        window.step();
-        let root = window.input_mut().viewports.entry(ViewportId::ROOT);
-        root.or_default().events.clear();
-        let commands = &window.output().viewport_output[&ViewportId::ROOT].commands;
-        commands.contains(&ViewportCommand::CancelClose)
-    };
     assert!(!close(&mut window), "nothing would be lost");
     let job = told_job(&mut window);
     assert!(close(&mut window));
@@ -593,17 +585,10 @@ fn a_window_at_rest_leaves_the_processor_alone() {
         rests(&mut window, workspace.name());
     }
     let root = window.state().project().unwrap().root.clone();
-    let config = TrainingConfig {
-        width: 8,
-        most_channels: 16,
-        epochs: 1,
-        minutes: None,
-        ..Preset::Quick.config()
-    };
     let training = Job::Train {
         project: root.clone(),
         settings: TrainSettings {
-            config,
+            config: export::smallest_config(),
             exclude_frames: Vec::new(),
             hold_out: None,
             fresh: true,

@@ -11,9 +11,10 @@ use afterlight::studio::{CellPicture, Pane, StudioApp, Thumbnail};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 
 const LAMPS: usize = 24;
 
@@ -321,15 +322,21 @@ fn the_strip_has_the_worst_first_and_leads_to_its_worst_lamp() {
     }
 }
 
-#[test]
-fn one_of_a_cell_s_pictures_is_shown_large_and_flipped() {
-    let (mut window, _root, _folder) = export::opened();
+/// A window on a project whose network was measured in it, and the folders.
+fn window_that_measured() -> (Window, PathBuf, TempDir) {
+    let (mut window, root, folder) = export::opened();
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
     until_labelled(&mut window, "Measure");
     window.get_by_label("Measure").click();
     until(&mut window, "figures", |app| {
         app.review().measured().is_some() && app.status().job.is_none()
     });
+    (window, root, folder)
+}
+
+#[test]
+fn one_of_a_cell_s_pictures_is_shown_large_and_flipped() {
+    let (mut window, _root, _folder) = window_that_measured();
     let review = measurement(&window);
     let worst = in_strip(&review, review.worst_cases(Metric::Flip)[0]);
     window.get_by_label(&worst).click_accesskit();
@@ -525,13 +532,7 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
 
 #[test]
 fn poses_stand_in_the_strip_as_they_were_photographed_under_their_worst_lamps() {
-    let (mut window, _root, _folder) = export::opened();
-    window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
-    until_labelled(&mut window, "Measure");
-    window.get_by_label("Measure").click();
-    until(&mut window, "figures", |app| {
-        app.review().measured().is_some() && app.status().job.is_none()
-    });
+    let (mut window, _root, _folder) = window_that_measured();
     let review = measurement(&window);
     let order = review.worst_cases(Metric::Flip);
     let poses = order.iter().filter_map(|&(case, mean)| {
@@ -633,6 +634,7 @@ fn a_verdict_is_taken_back_by_its_key_and_undone_while_the_light_stays() {
         window.run_steps(3);
     }
     until_is(&mut window, None, "");
+    window.get_by_label_contains("No mark is left to undo here");
     for _ in 0..4 {
         window.key_press_modifiers(redo, Key::Z);
         window.run_steps(3);

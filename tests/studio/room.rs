@@ -35,13 +35,13 @@ fn nothing_moves_for_what_is_said_while_a_job_runs() {
     // A message.
     window.key_press_modifiers(Modifiers::COMMAND, Key::S);
     window.run_steps(3);
-    window.get_by_label("Everything is saved as you work, with undo");
+    window.get_by_label_contains("saved as you work, with undo");
     assert_eq!((places(&window), picture(&window)), (before.clone(), shown));
     window.get_by_label("Close").click();
     window.run_steps(2);
     assert!(
         window
-            .query_by_label_contains("Everything is saved")
+            .query_by_label_contains("saved as you work")
             .is_none()
     );
 

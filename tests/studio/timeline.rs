@@ -5,7 +5,7 @@ use super::{
     until, until_shown,
 };
 use afterlight::scene::{LightSetting, Setting};
-use afterlight::studio::StudioApp;
+use afterlight::studio::{Phase, StudioApp};
 use egui::accesskit::Role;
 use egui::{
     Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, OutputCommand, PointerButton, Pos2,
@@ -175,6 +175,22 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     zoom(&mut window);
     window.get_by_label("Show all frames").click();
     window.run_steps(2);
+    assert_eq!(sight(&window), None);
+}
+
+#[test]
+fn a_project_that_is_opened_shows_all_its_frames() {
+    let folder = crate::temporary();
+    let mut window = long(folder.path());
+    window.state().project().unwrap().save().unwrap();
+    zoom(&mut window);
+    assert!(sight(&window).is_some());
+    super::drop_onto(&mut window, folder.path());
+    until(&mut window, "the project without a network", |app| {
+        matches!(app.status().phase, Phase::Blocked(_))
+    });
+    window.run_steps(3);
+    assert_eq!(window.state().state().frames, LONG);
     assert_eq!(sight(&window), None);
 }
 

@@ -66,7 +66,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     until(&mut window, "what is on disk", |app| {
         app.training().records.is_some()
     });
-    window.get_by_label("Nothing trained yet");
+    window.get_by_label("Not trained yet");
     // What it will take and show, over the interview's frame.
     window.get_by_label("10 min. Stop or pause at any time");
     window.get_by_label("as many as fit. The rate is known after the first seconds");

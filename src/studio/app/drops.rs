@@ -105,7 +105,7 @@ impl StudioApp {
     }
 }
 
-/// The folder that a file of a project or a shoot stands for; what else it is.
+/// The folder of a project or a shoot if the path is its file; the path itself if not.
 pub(super) fn folder_of(path: PathBuf) -> PathBuf {
     match path.parent() {
         Some(folder) if FILES.iter().any(|name| path.ends_with(name)) => folder.to_path_buf(),

@@ -34,7 +34,8 @@ impl StudioApp {
             }
             ProjectCommand::Forget(folder) => self.autosave.forget(&folder),
             ProjectCommand::New(shoot) => {
-                let plan = shoot.map_or_else(Plan::default, |shoot| Plan::of(&shoot));
+                let begun = || self.picker.wizard.plan().cloned().unwrap_or_default();
+                let plan = shoot.map_or_else(begun, |shoot| Plan::of(&shoot));
                 self.picker.wizard.set(Some(plan));
                 if self.session.project.is_some() {
                     self.apply_to_window(WindowCommand::Workspace(Workspace::Calibrate));
@@ -96,15 +97,19 @@ impl StudioApp {
 
     /// Shows a project that was read; asks first where work would end, unless that was `agreed`.
     fn leave_for(&mut self, project: Project, agreed: bool) {
-        let is_open = self.project().is_some_and(|open| open.root == project.root);
-        if is_open && let Err(sentence) = self.session.can_leave() {
+        let again = self.session.is_of(&project.root);
+        if again && let Err(sentence) = self.session.can_leave() {
             // It would read what the job is writing.
             return self.status.refuse(sentence);
         }
         let ends = self.would_end();
         if !agreed && !ends.is_empty() {
             let folder = project.root;
-            self.state.leaving = Some(Leaving { folder, ends });
+            self.state.leaving = Some(Leaving {
+                folder,
+                again,
+                ends,
+            });
             return;
         }
         let title = title(Some(&project));
@@ -121,6 +126,7 @@ impl StudioApp {
         self.state.gain = gain;
         self.autosave.remember(&project.root);
         self.picker.opened();
+        self.view.opened();
         self.start(project.clone(), worker);
         self.exports.clear();
         let mine = self.session.read_only.is_none();

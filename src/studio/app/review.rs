@@ -63,13 +63,19 @@ impl StudioApp {
     /// Undoes the last verdict or note, or gives it again.
     pub(super) fn travel_marks(&mut self, back: bool) {
         let done = self.session.writable();
-        if done.is_ok()
-            && let Some([case, lamp]) = self.readers.review.travel(back)
-        {
-            // It may be another cell than the chosen one.
-            let done = if back { "Undone" } else { "Redone" };
-            self.status
-                .say(format!("{done}: the mark of {case}, {lamp}"));
+        if done.is_ok() {
+            let (done, undo) = match back {
+                true => ("Undone", "undo"),
+                false => ("Redone", "redo"),
+            };
+            self.status.say(match self.readers.review.travel(back) {
+                // It may be another cell than the chosen one.
+                Some([case, lamp]) => format!("{done}: the mark of {case}, {lamp}"),
+                // The light, which is not seen here, stays.
+                None => {
+                    format!("No mark is left to {undo} here. To {undo} the light, go to Relight")
+                }
+            });
         }
         self.refuse_unless(done);
     }

@@ -32,12 +32,18 @@ impl Session {
         drop_later(old);
     }
 
+    /// Whether the open project is the one in `root`, by whatever path.
+    pub fn is_of(&self, root: &Path) -> bool {
+        let full = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        let mut open = self.project.iter().map(|project| &project.root);
+        open.any(|open| open == root || full(open) == full(root))
+    }
+
     /// Takes the lock of the project in `root`, unless it is held already; returns the one before.
     fn take_lock(&mut self, root: &Path) -> Option<Lock> {
-        let full = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-        let open = self.project.as_ref().map(|project| full(&project.root));
+        let is_open = self.is_of(root);
         let before = self.lock.take();
-        if open == Some(full(root)) && before.is_some() {
+        if is_open && before.is_some() {
             self.lock = before;
             return None;
         }

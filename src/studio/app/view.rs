@@ -6,7 +6,7 @@ use crate::layout::{Layout, Pane};
 use crate::palette::Palette;
 use crate::panel_context::PanelContext;
 use crate::panels::{
-    JobPanel, PathPanel, StatusPanel, TabsPanel, closing_ui, leaving_ui, machine_ui,
+    JobPanel, PathPanel, StatusPanel, TabsPanel, TimelinePanel, closing_ui, leaving_ui, machine_ui,
 };
 use crate::state::{PathEntry, State};
 use crate::theme;
@@ -47,6 +47,11 @@ impl WindowView {
         state: &State,
     ) -> Option<Command> {
         self.panels.timeline().apply(command, state)
+    }
+
+    /// Another project was opened: what was selected and zoomed on the timeline was the other one's.
+    pub fn opened(&mut self) {
+        *self.panels.timeline() = TimelinePanel::default();
     }
 
     /// Whether the pointer was over the timeline when that was drawn last.
@@ -110,11 +115,10 @@ impl WindowView {
         if let Some(entry) = &state.path {
             self.path.ui(ui, entry, out);
         }
-        if let Some(leaving) = &state.leaving {
-            leaving_ui(ui, leaving, out);
-        }
         if !state.closing.is_empty() {
             closing_ui(ui, &state.closing, out);
+        } else if let Some(leaving) = &state.leaving {
+            leaving_ui(ui, leaving, out);
         }
         shown.inner
     }

@@ -53,10 +53,7 @@ impl StudioApp {
                 state.four.on = false;
             }
             WindowCommand::Dismiss
-                if self.status.refusal.is_none()
-                    && state.aims
-                    && state.cell.is_none()
-                    && state.solo.is_empty() =>
+                if self.status.refusal.is_none() && state.aims && !looks_closely(state) =>
             {
                 self.apply_to_aim(AimCommand::Toggle);
             }
@@ -82,18 +79,32 @@ impl StudioApp {
         }
     }
 
+    /// Why something that a person made is not on the disk: look, verdicts or strokes could not be written.
+    pub(super) fn unsaved(&self) -> Option<&str> {
+        (self.autosave.unsaved())
+            .or(self.readers.review.failure.as_deref())
+            .or(self.readers.matte.unsaved())
+    }
+
     /// Says whether all is saved, for those who save by key.
     fn tell_saved(&mut self) {
         if self.session.project.is_none() {
             return self.status.refuse("Open a project first".to_owned());
         }
-        match (&self.session.read_only, self.autosave.unsaved()) {
-            (Some(why), _) => self.status.refuse(format!("Nothing is saved: {why}")),
-            (None, Some(why)) => self.status.refuse(format!("Not saved: {why}")),
-            (None, None) => {
-                let said = "Everything is saved as you work, with undo";
-                self.status.say(said.to_owned());
+        let waits = self.autosave.saving().is_some() || !self.readers.matte.is_saved();
+        match (&self.session.read_only, self.unsaved()) {
+            (Some(why), _) => {
+                let sentence = format!("Nothing is saved: {why}");
+                self.status.refuse(sentence);
             }
+            (None, Some(why)) => {
+                let sentence = format!("Not saved: {why}");
+                self.status.refuse(sentence);
+            }
+            (None, None) => self.status.say(match waits {
+                true => "Saving now. Everything is saved as you work, with undo".to_owned(),
+                false => "Everything is saved as you work, with undo".to_owned(),
+            }),
         }
     }
 
@@ -131,6 +142,12 @@ fn leave_path(state: &mut State) {
     if asked.is_none() {
         state.path = None;
     }
+}
+
+/// Whether a cell, a region, or lamps or lights alone are looked at.
+fn looks_closely(state: &State) -> bool {
+    let solo = !state.solo.is_empty() || state.look.lighting.is_solo();
+    state.cell.is_some() || state.region.is_some() || solo
 }
 
 /// Leaves what is looked at closely: one picture of a cell, the cell, a region, lamps alone, lights alone, or a light; the first of these that applies.

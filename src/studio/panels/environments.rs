@@ -116,7 +116,8 @@ impl EnvironmentsPanel {
             if entry.panorama.is_failed() {
                 out.push(Command::Environments(EnvironmentsCommand::ReadAgain(i)));
             }
-            if !(chosen && context.state.solo.is_empty()) {
+            let is_solo = context.state.look.lighting.is_solo() || !context.state.solo.is_empty();
+            if is_solo || !chosen {
                 out.push(Command::Look(LookCommand::Environment(i)));
             }
         }

@@ -95,7 +95,7 @@ fn is_said(context: &PanelContext, said: &str) -> bool {
 }
 
 /// A job in a line: its name, its progress, what it does, the time left, and its buttons.
-pub fn job_ui(ui: &mut Ui, job: &RunningJob, said: Option<&str>, out: &mut Vec<Command>) {
+pub fn job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     ui.label(capitalized(job.what));
     share_ui(ui, job);
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -115,7 +115,7 @@ pub fn job_ui(ui: &mut Ui, job: &RunningJob, said: Option<&str>, out: &mut Vec<C
             };
             let note = Label::new(RichText::new(note).color(theme::QUIET)).truncate();
             let response = ui.add(note);
-            if let Some(said) = job.held.as_deref().or(said) {
+            if let Some(said) = job.held.as_ref().or(job.said.as_ref()) {
                 response.on_hover_text(said);
             }
         });

@@ -4,7 +4,7 @@ use super::bar_ui;
 use super::diamond::{self, beside_ui};
 use super::numbers::computing;
 use super::rows::{BESIDE, Row, choice_ui, grid};
-use crate::command::{AimCommand, Command, LightsCommand, LookCommand, ViewCommand, WindowCommand};
+use crate::command::{AimCommand, Command, LightsCommand, LookCommand, ViewCommand};
 use crate::icons;
 use crate::layout::Pane;
 use crate::look::MOST_LETTERS;
@@ -127,7 +127,7 @@ pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// Copies, pastes and removes the chosen light if the keyboard `is_ours`.
 pub(super) fn press_ui(ui: &Ui, context: &PanelContext, is_ours: bool, out: &mut Vec<Command>) {
-    if !is_ours || ui.ctx().text_edit_focused() {
+    if !is_ours || context.state.is_covered() || ui.ctx().text_edit_focused() {
         return;
     }
     let has_chosen = context.state.chosen_light().is_some();
@@ -331,7 +331,7 @@ fn settings_ui(
         let light = &mut edit.lighting.placed[index];
         choice_ui(ui, "Kind", &kinds, &mut light.kind);
         ui.end_row();
-        group_choice_ui(ui, index, &mut edit.lighting, out);
+        group_choice_ui(ui, index, &mut edit.lighting);
         ui.end_row();
         let light = &mut edit.lighting.placed[index];
         let stops = light.gain_stops().max(*Lighting::STOPS.start());
@@ -404,7 +404,7 @@ fn bar(
 }
 
 /// The group of a light: one that is there, none, or a new one.
-fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting, out: &mut Vec<Command>) {
+fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting) {
     let new = lighting.groups.len();
     let names: Vec<String> = lighting
         .groups
@@ -425,8 +425,6 @@ fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting, out: &mut
         Some(group) => {
             light.group = names.get(group).cloned().unwrap_or_else(|| {
                 let name = free_name(&names);
-                // One of this name may have been folded.
-                out.push(fold(&name, false));
                 lighting.groups.push(LightGroup {
                     name: name.clone(),
                     ..LightGroup::default()
@@ -444,16 +442,6 @@ fn free_name(names: &[String]) -> String {
     free.next().unwrap_or_default()
 }
 
-/// Folds a group of lights, or unfolds it.
-fn fold(group: &str, folded: bool) -> Command {
-    Command::Window(WindowCommand::Fold(heading(group), folded))
-}
-
-/// What the fold of a group of lights is kept by.
-fn heading(group: &str) -> String {
-    format!("lights/{group}")
-}
-
 /// A group's line: its name, what mutes it and shows it alone, and its gain. Returns whether it is folded.
 fn group_ui(
     ui: &mut Ui,
@@ -465,13 +453,14 @@ fn group_ui(
     let before = edit.lighting.clone();
     let group = &mut edit.lighting.groups[index];
     let title = before.groups[index].name.as_str();
-    let folded = context.folded.contains(&heading(title));
+    let folded = context.state.is_folded(group.id);
     ui.push_id(("group", index), |ui| {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
             let (name, what) = (format!("{title} group"), "the lights of the group");
             if arrow_ui(ui, !folded, &name, what).clicked() {
-                out.push(fold(title, !folded));
+                let fold = ViewCommand::FoldLights(group.id, !folded);
+                out.push(Command::View(fold));
             }
             ui.label(RichText::new(icons::FOLDER).color(theme::QUIET));
             let what = "all lights of the group";
@@ -480,10 +469,6 @@ fn group_ui(
             let name = format!("Name of {title}");
             let renamed = name_ui(ui, (id, BEHIND_GROUP), title, "", &name).1;
             if let Some(name) = renamed.filter(|name| !name.is_empty() && name != title) {
-                let is_free = before.groups.iter().all(|group| group.name != name);
-                if folded && is_free {
-                    after.push(fold(&name, true));
-                }
                 after.push(Command::Lights(LightsCommand::RenameGroup(index, name)));
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {

@@ -26,7 +26,7 @@ pub fn is_reset(ui: &Ui, field: &Response) -> bool {
     is_reset
 }
 
-/// The same for an angle in degrees, which keys may lead around several times: it shows the angle within a turn, and the turns.
+/// As [`computing`], for an angle in degrees that keys may lead around several times: it shows the angle within a turn, and the turns.
 pub fn turning(degrees: &mut f32) -> DragValue<'_> {
     computing(degrees)
         .speed(0.5)

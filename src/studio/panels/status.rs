@@ -40,7 +40,7 @@ impl StatusPanel {
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| match job {
                     Some(job) => {
                         ui.spacing_mut().item_spacing.x = GAP;
-                        job_ui(ui, job, context.status.message.as_deref(), out);
+                        job_ui(ui, job, out);
                     }
                     None => figures_ui(ui, context, out),
                 });

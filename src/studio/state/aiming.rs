@@ -34,7 +34,31 @@ impl State {
 
     /// Chooses the light of this index.
     pub(super) fn choose_light(&mut self, light: Option<usize>) {
+        let before = self.place_of_chosen();
         self.aiming.chosen = light.and_then(|light| self.light_id(light));
+        self.unfold_chosen(before);
+    }
+
+    /// The ids of the chosen light and of its group, if it is in one.
+    pub(super) fn place_of_chosen(&self) -> Option<(u32, u32)> {
+        let lighting = &self.look.lighting;
+        let light = lighting.placed.get(self.chosen_light()?)?;
+        Some((light.id, lighting.group_of(light)?.id))
+    }
+
+    /// Shows the lights of the chosen one's group if that was not its place `before`; groups that are gone are forgotten.
+    pub(super) fn unfold_chosen(&mut self, before: Option<(u32, u32)>) {
+        let groups = &self.look.lighting.groups;
+        (self.folded_lights).retain(|folded| groups.iter().any(|group| group.id == *folded));
+        let now = self.place_of_chosen();
+        if let Some((_, group)) = now.filter(|_| now != before) {
+            self.folded_lights.remove(&group);
+        }
+    }
+
+    /// Whether the lights of the group with this id are hidden.
+    pub fn is_folded(&self, group: u32) -> bool {
+        self.folded_lights.contains(&group)
     }
 
     /// The index of the light placed by hand with this id, if it is still there.

@@ -82,6 +82,8 @@ impl State {
                 self.solo = lamp.into_iter().collect();
             }
             ViewCommand::ChooseLight(light) => self.choose_light(light),
+            ViewCommand::FoldLights(group, true) => drop(self.folded_lights.insert(group)),
+            ViewCommand::FoldLights(group, false) => drop(self.folded_lights.remove(&group)),
             ViewCommand::Viewing(viewing) => self.viewing = viewing.bounded(),
             ViewCommand::StepViewing(stops) => {
                 self.viewing.exposure_stops += stops;

@@ -1,7 +1,7 @@
 //! Light and lamps that are hard to compute with, as the jobs meet them.
 
 use super::*;
-use crate::lighting::{EnvironmentWeights, Lighting};
+use crate::{EnvironmentWeights, Lighting};
 use glam::{DQuat, Quat};
 use std::cell::Cell;
 use test_support::shown;

@@ -263,7 +263,7 @@ impl TimelinePanel {
     fn press_ui(&mut self, ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let is_ours = context.state.active == Pane::Timeline || self.has_focus;
         let takes = is_ours || self.awaited.is_some();
-        if !takes || ui.ctx().text_edit_focused() {
+        if !takes || context.state.is_covered() || ui.ctx().text_edit_focused() {
             return;
         }
         let (mut copies, mut cuts, mut pastes) = (false, false, None);

@@ -174,7 +174,7 @@ fn instead_ui(
             present.step
         ));
     } else {
-        heading(ui, "Nothing trained yet");
+        heading(ui, "Not trained yet");
         preview::preview_ui(ui, context, project);
         ui.add_space(GAP);
         if is_empty(context) {
