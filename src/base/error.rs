@@ -14,7 +14,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system refused to read, write, move or start something.
-    #[error("cannot {action} {}: {}. {remedy}", shown(&files::shown(path)), io_words(source))]
+    #[error("cannot {action} {}: {}. {remedy}", shown(&files::plain(path)), io_words(source))]
     Io {
         action: &'static str,
         path: PathBuf,
@@ -22,7 +22,7 @@ pub enum Error {
         remedy: Remedy,
     },
     /// A file could not be decoded or encoded: it is damaged, of another kind, or of another version.
-    #[error("cannot {action} {}: {cause}. {remedy}", shown(&files::shown(path)))]
+    #[error("cannot {action} {}: {cause}. {remedy}", shown(&files::plain(path)))]
     Codec {
         action: &'static str,
         path: PathBuf,
@@ -144,7 +144,7 @@ fn shown(said: &str) -> String {
     without_detours(shown)
 }
 
-/// The sentence without folders that `..` leaves again, as [`files::shown`] has paths.
+/// The sentence without folders that `..` leaves again, unless links lead elsewhere there.
 fn without_detours(mut said: String) -> String {
     const SLASH: char = std::path::MAIN_SEPARATOR;
     let back = format!("{SLASH}..{SLASH}");
@@ -153,7 +153,9 @@ fn without_detours(mut said: String) -> String {
         match said[..at].rfind(SLASH) {
             // Behind a space another path may begin.
             Some(left)
-                if !matches!(&said[left + 1..at], "" | "..") && !said[left..at].contains(' ') =>
+                if !matches!(&said[left + 1..at], "" | "." | "..")
+                    && !said[left..at].contains(' ')
+                    && !ends_in_link(&said[..at]) =>
             {
                 said.replace_range(left..at + 3, "");
                 from = left;
@@ -162,6 +164,16 @@ fn without_detours(mut said: String) -> String {
         }
     }
     said
+}
+
+/// Whether a sentence ends with the path of a link, wherever in it that begins.
+fn ends_in_link(said: &str) -> bool {
+    let begins = |at: &usize| {
+        let before = said[..*at].chars().next_back();
+        before.is_none_or(|before| !before.is_alphanumeric())
+    };
+    let mut slashes = said.match_indices(std::path::MAIN_SEPARATOR);
+    slashes.any(|(at, _)| begins(&at) && Path::new(&said[at..]).is_symlink())
 }
 
 /// The remedy of an error, if its kind names one: a reference as that to the error is.
@@ -262,15 +274,12 @@ impl Error {
         }
     }
 
-    /// The same error of a setting, with the file that holds the setting. Other kinds stay as they are.
-    pub fn within(self, path: &Path) -> Self {
-        match self {
-            Self::Invalid { problem, remedy } => Self::Invalid {
-                problem: format!("{}: {problem}", files::shown(path)),
-                remedy,
-            },
-            other => other,
+    /// The same error of a setting or of something missing, with the file or folder that it is about. Other kinds stay as they are.
+    pub fn within(mut self, path: &Path) -> Self {
+        if let Self::Invalid { problem, .. } | Self::Missing { problem, .. } = &mut self {
+            *problem = format!("{}: {problem}", files::plain(path));
         }
+        self
     }
 
     /// The same error with `note` after what to do, such as what has been kept. Kinds that name no remedy
@@ -283,10 +292,15 @@ impl Error {
         self
     }
 
-    /// The same error with how to put it right on the command line. Kinds that name no remedy stay as they are.
+    /// The same error with how to put it right on the command line, behind what it says of that already. Kinds that name no
+    /// remedy stay as they are.
     pub fn with_how(mut self, how: impl Into<String>) -> Self {
         if let Some(remedy) = remedy!(&mut self) {
-            remedy.how = Some(how.into());
+            let how = how.into();
+            remedy.how = Some(match remedy.how.take() {
+                Some(before) => format!("{before}; {how}"),
+                None => how,
+            });
         }
         self
     }
@@ -340,6 +354,8 @@ mod tests {
             noted.for_terminal(),
             "no network yet. Train first; 2 frames are kept (afterlight train PROJECT)"
         );
+        let more = noted.with_how("--fresh");
+        assert_eq!(more.how(), Some("afterlight train PROJECT; --fresh"));
         let lost = Error::GpuLost;
         assert!(!lost.to_string().contains("--") && lost.for_terminal().contains("--device cpu"));
         let gone = std::fs::read("/nowhere/at/all").unwrap_err();
@@ -383,6 +399,7 @@ mod tests {
             ("/a and b/../c", "/a and b/../c"),
             ("/a/b/../../c and /d/e/../f", "/c and /d/f"),
             ("/../a and ../../b", "/../a and ../../b"),
+            ("/a/./../b and c/../d", "/a/./../b and c/../d"),
         ] {
             let sentence = Error::missing(said, "Look").to_string();
             assert_eq!(sentence, format!("{expected}. Look"));
@@ -393,6 +410,30 @@ mod tests {
             error.to_string(),
             "cannot read /films/shoot/a.png: not found. Look"
         );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn paths_over_links_stay_as_they_lead() {
+        let folder = tempfile::tempdir().unwrap();
+        let [films, home] = ["films of may/p", "home"].map(|name| folder.path().join(name));
+        std::fs::create_dir_all(&films).unwrap();
+        std::fs::create_dir(&home).unwrap();
+        std::os::unix::fs::symlink(&films, home.join("p")).unwrap();
+        let path = home.join("p/../shoot");
+        let error = Error::io("read", &path, io::ErrorKind::NotFound.into(), "Look");
+        let sentence = format!("cannot read {}: not found. Look", path.display());
+        assert_eq!(error.to_string(), sentence);
+        let said = format!("\"{}\" is missing", path.display());
+        assert_eq!(
+            Error::missing(&*said, "Look").to_string(),
+            format!("{said}. Look")
+        );
+        // The folder itself is no link.
+        let path = films.join("../shoot");
+        let error = Error::io("read", &path, io::ErrorKind::NotFound.into(), "Look");
+        let sentence = format!("cannot read {}/shoot: ", films.parent().unwrap().display());
+        assert!(error.to_string().starts_with(&sentence), "{error}");
     }
 
     #[test]

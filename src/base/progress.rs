@@ -132,6 +132,14 @@ impl<'a> Progress<'a> {
         });
     }
 
+    /// Reports a sentence about an error, and how to put that right on the command line if the error knows.
+    pub fn report(&self, sentence: impl Into<String>, error: &Error) {
+        match error.how() {
+            Some(how) => self.advise(sentence, how),
+            None => self.say(sentence),
+        }
+    }
+
     /// Reports that a network that predicts has been saved.
     pub fn saved(&self) {
         (self.sink)(Report::Saved);

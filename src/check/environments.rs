@@ -117,8 +117,8 @@ fn contrast(lit: &LitEnvironment, weights: &mut EnvironmentWeights, rig: &Rig) -
     let hardest = small.max_by(|a, b| a.share.total_cmp(&b.share));
     let hardest = hardest.map_or(String::new(), |area| {
         format!(
-            ". Its strongest small light ({:.0} % of all) is {:.1}° across, smaller than any lamp ({:.0}°): shadows and \
-             highlights will be softer",
+            ". Its strongest small light ({:.0} % of all) is {:.1}° across, and the lamps show none smaller than {:.0}°: \
+             shadows and highlights will be softer",
             100.0 * area.share,
             2.0 * area.radius_deg(),
             2.0 * size

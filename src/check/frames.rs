@@ -54,8 +54,9 @@ pub(super) fn check(pictures: &Pictures) -> Check {
             pictures.all_frames
         ),
     };
+    let are = if unlike == 1 { "is" } else { "are" };
     let sentence = format!(
-        "{unlike} of {looked} are unlike every pose: the farthest, {name}, is {worst:.1} times as far from its nearest \
+        "{unlike} of {looked} {are} unlike every pose: the farthest, {name}, is {worst:.1} times as far from its nearest \
          pose as poses are from each other"
     );
     Check::new(Subject::Frames, level, sentence).remedy(

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use worker::Job;
 
 /// Measure speed against accuracy on your own footage and machine: networks of other sizes and lengths of training, fewer
-/// lamps, other ways to store and light predictions. Each rung has its time for a frame, memory and disk, and its error
+/// lamps, other ways to store and light predictions. Each of these settings has its time for a frame, memory and disk, and its error
 /// beside the truth or a held-out pose.
 ///
 /// Results are kept in the project's folder `tradeoff`: stop with Ctrl-C, and run it again to resume. `ladder.csv` there
@@ -20,8 +20,8 @@ use worker::Job;
 pub struct TradeoffArgs {
     /// The project's folder.
     project: PathBuf,
-    /// Measure nothing: use this rung's network in the project. The present network is set aside.
-    #[arg(long, value_name = "RUNG", conflicts_with_all = ["truth", "hold_out", "knobs", "features", "lpips", "fresh"])]
+    /// Measure nothing: use the network of this setting in the project. The present network is set aside.
+    #[arg(long, value_name = "SETTING", conflicts_with_all = ["truth", "hold_out", "knobs", "features", "lpips", "fresh"])]
     apply: Option<String>,
     #[command(flatten)]
     settings: TradeoffSettings,

@@ -314,8 +314,9 @@ impl ConfidenceReport {
                 self.frames.len()
             ),
             count => format!(
-                "{count} of {} frames are unlike every pose, the most unlike first: {}",
+                "{count} of {} frames {} unlike every pose, the most unlike first: {}",
                 self.frames.len(),
+                if count == 1 { "is" } else { "are" },
                 names(&mut unlike.iter().take(10).map(|frame| frame.frame))
             ),
         };

@@ -55,7 +55,7 @@ pub fn compare(
         .collect();
     if frames.is_empty() {
         return Err(Error::missing(
-            "the truth has no OLATs of a frame",
+            "the truth has no OLATs of any frame",
             "Evaluate another method: --with network, nearest or ratio",
         ));
     }

@@ -409,7 +409,7 @@ fn worst(
 
 fn no_true_olats() -> Error {
     Error::missing(
-        "the truth has no OLATs of a frame",
+        "the truth has no OLATs of any frame",
         "Leave out the contact sheet",
     )
 }

@@ -238,7 +238,7 @@ pub fn if_possible(
     match found {
         Err(e @ (Error::Cancelled { .. } | Error::GpuLost)) => Err(e),
         Err(e) => {
-            progress.say(format!("The flicker is not known: {e}"));
+            progress.report(format!("The flicker is not known: {e}"), &e);
             Ok(None)
         }
         found => found,

@@ -33,7 +33,7 @@ pub fn write_training(
 ) -> Result<JobReport> {
     for project in projects {
         project.check_shoot()?;
-        Calibration::load(project)?;
+        Calibration::load(project).map_err(|e| e.within(&project.root))?;
         // What cannot be is said here, not by each worker.
         for training in trainings {
             training.settings.config.network(project).check()?;

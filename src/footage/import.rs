@@ -309,10 +309,8 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
     for environment in &shoot.environments {
         let path = project.shoot_path(&environment.file);
         if let Err(e) = file::dimensions(&path) {
-            progress.say(format!(
-                "The environment {} cannot be used: {e}",
-                environment.name
-            ));
+            let said = format!("The environment {} cannot be used: {e}", environment.name);
+            progress.report(said, &e);
         }
     }
     Ok([frame_size, olat_size])
@@ -326,7 +324,7 @@ fn readable(project: &Project, frames: Range<usize>, progress: &Progress) -> Vec
     let is_readable = |frame: &usize| match dimensions(&project.frame_picture(*frame)) {
         Ok(_) => true,
         Err(error) => {
-            progress.say(format!("Frame {frame} cannot be read: {error}"));
+            progress.report(format!("Frame {frame} cannot be read: {error}"), &error);
             false
         }
     };

@@ -269,7 +269,7 @@ impl Project {
             return Ok(());
         }
         Err(Error::missing(
-            format!("the shoot's folder {} is missing", files::shown(&folder)),
+            format!("the shoot's folder {} is missing", files::plain(&folder)),
             "If it was moved, choose where it is now; if it is on another disk, connect the disk",
         ))
     }

@@ -104,13 +104,13 @@ impl Unit {
         }
     }
 
-    /// A value as the window shows it: energy in stops, where 0 is π, with which white that faces the light is 1.
+    /// A value as the window shows it: energy in stops, where 0 is π, with which white that faces the light is 1, and a light
+    /// that is off as the fewest stops that can be set.
     pub fn shown(self, value: f64) -> f64 {
         match self {
             Self::Energy => {
-                let [least, most] = [Lighting::STOPS.start(), Lighting::STOPS.end()];
                 let stops = (value.max(0.0) / std::f64::consts::PI).log2();
-                stops.clamp(f64::from(*least), f64::from(*most))
+                stops.max(f64::from(*Lighting::STOPS.start()))
             }
             _ => value,
         }
@@ -398,6 +398,8 @@ mod tests {
             assert!((stored - f64::from(light.intensity)).abs() < 1e-5);
         }
         assert_eq!(unit.shown(0.0), f64::from(*Lighting::STOPS.start()));
+        // Keys of a file may be brighter than what can be set in the window.
+        assert!((unit.shown(unit.of_shown(11.5)) - 11.5).abs() < 1e-9);
         assert_eq!(Unit::Stops.shown(2.0), 2.0);
     }
 

@@ -515,7 +515,7 @@ impl TradeoffSettings {
     pub fn check(&self) -> Result<()> {
         if self.at == PictureSize::Square {
             return Err(Error::invalid(
-                "pictures at the working size cannot be compared, because rungs have different working sizes",
+                "pictures at the working size cannot be compared, because some settings have another working size",
                 "Choose --at plate or --at box",
             ));
         }

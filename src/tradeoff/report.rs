@@ -21,7 +21,7 @@ impl TradeoffReport {
     /// The rungs as a table for people, and what stands out.
     pub fn sentence(&self) -> String {
         let mut text = format!("Compared with {}:\n", self.compared_with);
-        text += "  rung                        ms a frame      PSNR, dB   FLIP   trained  front\n";
+        text += "  setting                     ms a frame      PSNR, dB   FLIP   trained  front\n";
         let mut order: Vec<usize> = (0..self.rungs.len()).collect();
         order.sort_by(|&a, &b| {
             let ms = |i: usize| self.rungs[i].frame.median;
@@ -45,7 +45,7 @@ impl TradeoffReport {
             text += &format!("  {} was left out: {}\n", failure.rung, failure.sentence);
         }
         text += &format!(
-            "* no other rung is both faster and nearer to the truth. Table: {}",
+            "* no other setting is both faster and nearer to the truth. Table: {}",
             self.table.display()
         );
         text

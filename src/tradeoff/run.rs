@@ -13,6 +13,7 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::Storage;
+use footage::scan::counted;
 use footage::{PictureSize, picture_size};
 use gpu::ComputeDevice;
 use imaging::file::write_png;
@@ -117,8 +118,8 @@ impl<'a> Climb<'a> {
         let rungs = rungs(&facts, settings);
         ledger.planned = rungs.len() * settings.seeds as usize;
         progress.say(format!(
-            "Compares {} settings with {}; {} of them are measured already",
-            ledger.planned,
+            "Compares {} with {}; {} of them are measured already",
+            counted(ledger.planned, "setting"),
             ledger.compared_with,
             ledger.rungs.len()
         ));
@@ -154,12 +155,12 @@ impl<'a> Climb<'a> {
         };
         let aside = Ledger::set_aside(project)?;
         let aside = aside.display();
-        progress.say(match old {
-            Ok(()) => format!(
+        match old {
+            Ok(()) => progress.say(format!(
                 "What was measured before, with other settings or on another machine, is in {aside} now"
-            ),
-            Err(e) => format!("{e}. It is in {aside} now"),
-        });
+            )),
+            Err(e) => progress.report(format!("{e}. It is in {aside} now"), &e),
+        }
         Ok(new)
     }
 
@@ -192,10 +193,8 @@ impl<'a> Climb<'a> {
             let is_left = self.ledger.measured(&rung.name, seed).is_none();
             let is_over = time.is_some_and(|time| self.began.elapsed().as_secs_f64() > time);
             if is_left && is_over && rung.knob.is_some() {
-                progress.say(format!(
-                    "Time is up: {} settings are left for the next run",
-                    self.ledger.left()
-                ));
+                let left = counted(self.ledger.left(), "setting");
+                progress.say(format!("Time is up. Left for the next run: {left}"));
                 return Ok(false);
             }
             self.rung(&rung, seed, progress)?;
@@ -223,7 +222,7 @@ impl<'a> Climb<'a> {
             Ok(measured) => self.ledger.add(measured),
             Err(stopped @ (Error::Cancelled { .. } | Error::GpuLost)) => return Err(stopped),
             Err(e) => {
-                progress.say(format!("{} is left out: {e}", rung.name));
+                progress.report(format!("{} is left out: {e}", rung.name), &e);
                 self.ledger.failures.push(Failure {
                     rung: rung.name.clone(),
                     seed,

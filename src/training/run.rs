@@ -230,7 +230,7 @@ impl<'a> Run<'a> {
         progress.retry(|| self.logs.flush())?;
         if let Err(e) = checkpoints::keep(self.project, Reason::Automatic) {
             // The checkpoint itself is written; that it is not in the list does not end a run.
-            progress.say(e.to_string());
+            progress.report(e.to_string(), &e);
         }
         progress.saved();
         self.saved = Instant::now();

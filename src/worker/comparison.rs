@@ -110,6 +110,7 @@ impl RelitFrame<'_> {
                     output: Output::Display,
                     ..view.scene.clone()
                 };
+                scene.effects.inspection = self.scene.effects.inspection;
                 as_a_picture(&mut scene);
                 self.in_light(&scene, &view.environment, own_light)?
             }

@@ -119,7 +119,7 @@ impl PreviewMaker {
         };
         let lights = &mut self.comparison_lights;
         let [mut first, mut second] = compared(&relit, inputs, lights)?;
-        let mut whole = match scene.effects.inspection {
+        let whole = match scene.effects.inspection {
             Inspection::Picture => [None, None],
             Inspection::Difference { .. } => [first.clone(), None],
             _ => {
@@ -171,8 +171,9 @@ impl PreviewMaker {
             difference(first, second, gain)?;
         }
         if let Some(table) = table {
+            // Only the picture itself has a table, and then `whole` is empty.
             let pictures = [&mut shown.picture.display, &mut first, &mut second];
-            let pictures = pictures.into_iter().chain(&mut whole).flatten();
+            let pictures = pictures.into_iter().flatten();
             pictures.for_each(|codes| table.apply_to(codes));
             shown.texture = None;
         }

@@ -176,25 +176,27 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     );
 
     // Any two of them, and their difference.
-    let two = |inspection| {
+    let exemplar = || Comparison::Olats(ComparisonSource::Exemplar(1));
+    let two = |second: Comparison, inspection| {
         let mut wanted = ask(0, 0.0, &left);
         wanted.scene.effects.inspection = inspection;
         worker.show(PreviewRequest {
             first: Some(Comparison::Plate),
-            second: Some(Comparison::Olats(ComparisonSource::Exemplar(1))),
+            second: Some(second.clone()),
             ..wanted.clone()
         });
         wait_for(|| {
             let relit = worker.relit()?;
-            let whole = relit.first.is_some() && relit.second.is_some();
+            let of = relit.second.as_ref().map(|(of, _)| of);
+            let whole = relit.first.is_some() && of == Some(&second);
             (whole && relit.scene == wanted.scene).then_some(relit)
         })
     };
-    let both = two(Inspection::Picture);
+    let both = two(exemplar(), Inspection::Picture);
     assert_eq!(both.rgb, turned.rgb);
     assert_eq!(both.first.as_ref().unwrap().1.rgb, codes(&plate));
     assert_eq!(codes(&both), codes(&rival));
-    let apart = two(Inspection::Difference { gain: 1.0 });
+    let apart = two(exemplar(), Inspection::Difference { gain: 1.0 });
     let wanted: Vec<u8> = (codes(&plate).iter().zip(codes(&rival)))
         .map(|(a, b)| a.abs_diff(b))
         .collect();
@@ -208,11 +210,24 @@ fn what_a_picture_is_compared_with_comes_with_it() {
         whole.map(|picture| picture.rgb.clone())
     };
     assert_eq!(read(&apart, 0), Some(codes(&plate)));
-    let mapped = two(Inspection::FalseColor);
+    let mapped = two(exemplar(), Inspection::FalseColor);
     assert_ne!(codes(&mapped), codes(&rival));
     for (side, picture) in [&plate, &rival].into_iter().enumerate() {
         assert_eq!(read(&mapped, side), Some(codes(picture)));
     }
+    // A look is shown as everything else is: mapped, and read as a picture.
+    let look = |inspection| {
+        let mut scene = ask(0, 90.0, &left).scene;
+        scene.effects.inspection = inspection;
+        Comparison::Look(Box::new(LookView {
+            scene,
+            environment: left.clone(),
+        }))
+    };
+    let picture = two(look(Inspection::Picture), Inspection::Picture);
+    let mapped = two(look(Inspection::FalseColor), Inspection::FalseColor);
+    assert_ne!(codes(&mapped), codes(&picture));
+    assert_eq!(read(&mapped, 1), Some(codes(&picture)));
 
     let alone = compared(Comparison::Plate, &[1]);
     let [left_end, right_end] = ends(&alone.rgb);

@@ -14,7 +14,7 @@ use egui::{
     Vec2, WidgetInfo, pos2, vec2,
 };
 use light::keyframes::Keyframes;
-use scene::Setting;
+use scene::{Setting, Unit};
 
 /// Length of a tangent in points, and radius of the knob at its end.
 const TANGENT: f32 = 44.0;
@@ -277,9 +277,14 @@ fn plot_ui(ui: &Ui, of: Setting, keys: &Keyframes, plot: &Plot, frame: usize) {
             break;
         }
         painter.hline(rect.x_range(), y, line);
-        // −0 is 0.
-        let shown = of.unit().shown(value) + 0.0;
-        let text = format!("{shown:.decimals$}{}", of.unit().suffix());
+        let unit = of.unit();
+        let text = if unit == Unit::Energy && value <= 0.0 {
+            // In stops that is −∞; below there is no light.
+            if value < 0.0 { "" } else { "off" }.to_owned()
+        } else {
+            // −0 is 0.
+            format!("{:.decimals$}{}", unit.shown(value) + 0.0, unit.suffix())
+        };
         let font = FontId::proportional(11.0);
         let at = pos2(rect.left() + GAP / 2.0, y - 1.0);
         painter.text(at, Align2::LEFT_BOTTOM, text, font, theme::QUIET);
