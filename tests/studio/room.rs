@@ -247,7 +247,6 @@ fn four_lines_of_the_log_are_seen_in_every_workspace() {
         job.send(word).unwrap();
     }
     until(&mut window, "lines", |app| app.status().log.len() >= 6);
-    window.get_by_label("Close").click();
     for place in 0..Workspace::ALL.len() {
         enter(&mut window, place);
         open(&mut window, Pane::Log);

@@ -2,12 +2,16 @@
 
 use crate::command::Command;
 use crate::environment_library::PanoramaState;
+use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::panels::{job_ui, missing, refusal_ui};
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use egui::Ui;
 use worker::{Blocked, Need};
+
+/// Said beside the pane of a training.
+const LATER: &str = "The picture appears with the first checkpoint";
 
 /// What is shown in place of the picture.
 pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
@@ -30,7 +34,7 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
     if let Some(job) = status.job.as_ref().filter(|_| !context.is_live()) {
         if context.job_has_pane() {
-            return heading_ui(ui, "The picture appears with the first checkpoint");
+            return heading_ui(ui, LATER);
         }
         return job_ui(ui, job, out);
     }
@@ -40,6 +44,12 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             missing::open_project_ui(ui, out);
         }
         Phase::Opening => heading_ui(ui, "Reading the calibration and the network"),
+        // Its pane says so, and has the button.
+        Phase::Blocked(blocked)
+            if blocked.need == Some(Need::Network) && context.shown.contains(&Pane::Training) =>
+        {
+            heading_ui(ui, LATER);
+        }
         Phase::Blocked(blocked) => blocked_ui(ui, blocked, out),
         Phase::Ready { .. } if status.failure.is_some() => {
             heading_ui(ui, "This picture cannot be made");
