@@ -196,6 +196,16 @@ fn the_keys_of_every_program_are_known() {
     assert_eq!(plan.shoot, "/film/day two");
 }
 
+/// The key that asks whether all is saved says that it is not.
+pub fn assert_is_unsaved(window: &mut Window) {
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    window.run_steps(3);
+    let refusal = window.state().status().refusal.clone().unwrap();
+    assert!(refusal.starts_with("Not saved: "), "{refusal}");
+}
+
 #[test]
 fn what_cannot_be_saved_is_said_in_the_status_line_and_by_key() {
     let folder = temporary();
@@ -206,12 +216,7 @@ fn what_cannot_be_saved_is_said_in_the_status_line_and_by_key() {
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     until_labelled(&mut window, "Not saved");
     assert!(window.query_by_label("Saved").is_none());
-    window.key_press(Key::Escape);
-    window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
-    window.run_steps(3);
-    let refusal = window.state().status().refusal.clone().unwrap();
-    assert!(refusal.starts_with("Not saved: "), "{refusal}");
+    assert_is_unsaved(&mut window);
     std::fs::remove_dir(folder.path().join("look.json")).unwrap();
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     until_labelled(&mut window, "Saved");

@@ -1,5 +1,6 @@
 //! The footage: thumbnails, mattes, and the square that is worked with.
 
+use super::dialogs::assert_is_unsaved;
 use super::project::{calibrated, imported, needs};
 use super::{
     Window, clay, drag, lines_with, plain_drag, snapshot, snapshot_without, until, until_shown,
@@ -270,12 +271,7 @@ fn strokes_change_the_shown_matte_are_kept_undone_and_used_for_all_mattes() {
     std::fs::create_dir_all(Strokes::path(&project).join("in the way")).unwrap();
     plain_drag(&mut window, middle, middle + vec2(60.0, 20.0));
     until(&mut window, "refusal", |app| app.status().refusal.is_some());
-    window.key_press(Key::Escape);
-    window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
-    window.run_steps(3);
-    let refusal = window.state().status().refusal.clone().unwrap();
-    assert!(refusal.starts_with("Not saved: "), "{refusal}");
+    assert_is_unsaved(&mut window);
 }
 
 #[test]
