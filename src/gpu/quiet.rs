@@ -1,7 +1,8 @@
 //! Threads that do not wake for nothing.
 //!
 //! burn runs what a GPU computes on threads of its own. Without work they sleep, but look around every 150 µs, so that a
-//! window at rest would keep a processor awake. Work wakes them at once whatever they sleep: so they may sleep longer.
+//! window at rest would keep a processor awake. Work that comes wakes them at once: so they may sleep longer. Only a thread
+//! that has found the queue of another full for some milliseconds sleeps without being woken, at most 20 ms too long.
 
 /// How late the system may end a sleep of these threads, in nanoseconds.
 #[cfg(target_os = "linux")]
@@ -31,7 +32,7 @@ impl Slack {
         }
     }
 
-    /// Elsewhere the system itself ends short sleeps late.
+    /// Elsewhere a process cannot ask for this.
     #[cfg(not(target_os = "linux"))]
     fn set() -> Self {
         Self {}

@@ -14,7 +14,8 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-fn until_missing(window: &mut Window) {
+/// Until it is said that the system shows no dialog: the buttons move as that is said.
+pub fn until_missing(window: &mut Window) {
     until(window, "that there is no dialog", |app| {
         let entry = app.state().path.as_ref();
         entry.is_some_and(|entry| entry.missing.is_some())

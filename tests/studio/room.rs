@@ -1,5 +1,6 @@
 //! Where things are: nothing moves, overlaps or falls out of the window, also in a small one.
 
+use super::dialogs::until_missing;
 use super::export::{
     choose_colors, opened, opened_with_configuration, told_export, type_name, until_exported,
     until_said, until_share,
@@ -376,6 +377,7 @@ fn the_menu_at_the_project_s_name_leads_to_every_project() {
     window.get_by_label("Open project…").click();
     window.run_steps(3);
     until_labelled(&mut window, "Open a project");
+    until_missing(&mut window);
     window.get_by_label("Cancel").click();
     window.run_steps(3);
 
