@@ -50,7 +50,7 @@ use autosave::Autosave;
 use base::progress::Report;
 use dialogs::Dialogs;
 use eframe::egui_wgpu::RenderState;
-use egui::{Context, UserAttentionType};
+use egui::{Context, InputState, UserAttentionType};
 use errands::Errands;
 use exports::Exports;
 use gpu::{DeviceChoice, Gpu};
@@ -96,6 +96,12 @@ fn needs_a_look(event: &Event) -> bool {
         event,
         Event::Finished { .. } | Event::Exported(_) | Event::Report(Report::Blocked(_))
     )
+}
+
+/// Whether a key or a button of the pointer was pressed since the last frame.
+fn is_pressed(input: &InputState) -> bool {
+    let key = |event: &egui::Event| matches!(event, egui::Event::Key { pressed: true, .. });
+    input.pointer.any_pressed() || input.events.iter().any(key)
 }
 
 /// What keys do while something covers the window: it is closed.
@@ -461,6 +467,9 @@ impl eframe::App for StudioApp {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         if self.closes_without_gpu(frame) {
             return;
+        }
+        if self.ctx.input(is_pressed) {
+            self.status.pressed();
         }
         self.receive();
         self.follow_color_config();

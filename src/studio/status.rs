@@ -85,6 +85,8 @@ pub struct Status {
     pub refusal: Option<String>,
     /// What is said over the window until it is closed: how the last job ended, or what it advises.
     pub message: Option<String>,
+    /// The message goes with the next key or click.
+    passes: bool,
     /// All messages, the newest last.
     pub log: VecDeque<LogLine>,
     /// When the window was opened.
@@ -100,6 +102,7 @@ impl Status {
             failure: None,
             refusal: None,
             message: None,
+            passes: false,
             log: VecDeque::new(),
             opened: Instant::now(),
         }
@@ -120,10 +123,23 @@ impl Status {
         self.refusal = Some(sentence);
     }
 
-    /// Shows a message.
+    /// Shows a message until it is closed.
     pub fn say(&mut self, sentence: String) {
         self.note(Severity::Info, &sentence);
-        self.message = Some(sentence);
+        (self.message, self.passes) = (Some(sentence), false);
+    }
+
+    /// Shows a message until the next key or click.
+    pub fn mention(&mut self, sentence: String) {
+        self.say(sentence);
+        self.passes = true;
+    }
+
+    /// A key or a button of the pointer was pressed.
+    pub fn pressed(&mut self) {
+        if std::mem::take(&mut self.passes) {
+            self.message = None;
+        }
     }
 
     fn note(&mut self, severity: Severity, sentence: &str) {
@@ -187,7 +203,7 @@ impl Status {
                 self.job = None;
                 if let Some(sentence) = standing.sentence() {
                     self.note(severity, sentence);
-                    self.message = Some(sentence.to_owned());
+                    (self.message, self.passes) = (Some(sentence.to_owned()), false);
                 }
             }
             Event::Report(Report::Blocked(sentence)) => {
@@ -387,6 +403,20 @@ mod tests {
             assert_eq!(status.message.as_deref(), standing.sentence());
             assert_eq!(status.log.back().unwrap().severity, severity);
         }
+    }
+
+    #[test]
+    fn what_is_mentioned_goes_with_the_next_press_and_what_is_said_stays() {
+        let mut status = Status::new(ready());
+        status.mention("solo ended".into());
+        assert_eq!(status.message.as_deref(), Some("solo ended"));
+        status.pressed();
+        assert_eq!(status.message, None);
+        assert_eq!(status.log.back().unwrap().sentence, "solo ended");
+        status.mention("solo ended".into());
+        status.say("saved".into());
+        status.pressed();
+        assert_eq!(status.message.as_deref(), Some("saved"));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use afterlight::Error;
 use afterlight::evaluation::review::ReviewSettings;
 use afterlight::gpu::DeviceChoice;
 use afterlight::studio::{Pane, ProjectHandover, StudioApp, Workspace};
-use afterlight::training::TrainSettings;
+use afterlight::training::{TrainSettings, TrainingConfig};
 use afterlight::worker::{Job, Latest};
 use eframe::egui_wgpu::WgpuSetup;
 use egui::accesskit::Role;
@@ -585,18 +585,21 @@ fn a_window_at_rest_leaves_the_processor_alone() {
         rests(&mut window, workspace.name());
     }
     let root = window.state().project().unwrap().root.clone();
-    let training = Job::Train {
+    let training = |fresh| Job::Train {
         project: root.clone(),
         settings: TrainSettings {
-            config: export::smallest_config(),
+            config: TrainingConfig {
+                epochs: if fresh { 1 } else { 2 },
+                ..export::smallest_config()
+            },
             exclude_frames: Vec::new(),
             hold_out: None,
-            fresh: true,
+            fresh,
             device: DeviceChoice::Gpu,
         },
     };
     let review = Job::Review {
-        project: root,
+        project: root.clone(),
         settings: ReviewSettings {
             truth: None,
             fresh: true,
@@ -604,7 +607,11 @@ fn a_window_at_rest_leaves_the_processor_alone() {
             device: DeviceChoice::Gpu,
         },
     };
-    for (what, job) in [("after training", training), ("after measuring", review)] {
+    for (what, job) in [
+        ("after training", training(true)),
+        ("after going on with it", training(false)),
+        ("after measuring", review),
+    ] {
         window.state().worker().unwrap().run(job).unwrap();
         until(&mut window, what, |app| {
             app.status().message.is_some() && app.status().job.is_none()

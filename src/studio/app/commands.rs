@@ -29,7 +29,7 @@ impl StudioApp {
                 let ended = lamps && self.state.solo.is_empty()
                     || chooses && lights && !self.state.look.lighting.is_solo();
                 if ended {
-                    self.status.say("Solo ended".to_owned());
+                    self.status.mention("Solo ended".to_owned());
                 }
             }
             Command::View(ViewCommand::ToggleSecond) if self.flips_cell() => {

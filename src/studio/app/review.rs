@@ -68,7 +68,7 @@ impl StudioApp {
                 true => ("Undone", "undo"),
                 false => ("Redone", "redo"),
             };
-            self.status.say(match self.readers.review.travel(back) {
+            self.status.mention(match self.readers.review.travel(back) {
                 // It may be another cell than the chosen one.
                 Some([case, lamp]) => format!("{done}: the mark of {case}, {lamp}"),
                 // The light, which is not seen here, stays.
@@ -124,7 +124,7 @@ impl StudioApp {
         let (metric, marks) = (self.state.metric, &self.readers.review.marks);
         match review.next_unmarked(metric, marks, self.state.chosen) {
             Some(cell) => self.choose(cell),
-            None => self.status.say("Every cell has a verdict".to_owned()),
+            None => self.status.mention("Every cell has a verdict".to_owned()),
         }
         Ok(())
     }

@@ -75,7 +75,7 @@ impl StudioApp {
             self.state.closing.clear();
         } else if let Some(leaving) = self.state.leaving.take() {
             let folder = shown(&leaving.folder);
-            self.status.say(format!("Not opened: {folder}"));
+            self.status.mention(format!("Not opened: {folder}"));
         }
     }
 
@@ -101,7 +101,7 @@ impl StudioApp {
                 let sentence = format!("Not saved: {why}");
                 self.status.refuse(sentence);
             }
-            (None, None) => self.status.say(match waits {
+            (None, None) => self.status.mention(match waits {
                 true => "Saving now. Everything is saved as you work, with undo".to_owned(),
                 false => "Everything is saved as you work, with undo".to_owned(),
             }),
