@@ -17,7 +17,7 @@ pub struct TrainReport {
     /// Number of the network's parameters.
     pub parameters: usize,
     /// Mean over the last steps of the reconstruction loss: in encoded units with the built-in features,
-    /// in units of the layers' levels with those of a file.
+    /// in units of the layers' levels with those of a file; NaN if no step had it.
     pub loss_rec: f32,
     /// The same of the rendering loss.
     pub loss_render: f32,

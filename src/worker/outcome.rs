@@ -13,13 +13,12 @@ use evaluation::blind::{AnswersReport, BlindReport};
 use evaluation::review::ReviewReport;
 use export::relight::RelightReport;
 use farm::{AssembleReport, ChunkReport, JobReport};
-use footage::scan::counted;
 use footage::{FrameReport, MattesReport};
 use imaging::DualGamma;
 use light::subset::Subset;
 use project::{KnownEnvironment, Project};
 use reflectance::checkpoint::CheckpointInfo;
-use sentence::{developed, evaluated, for_so_long, imported, listed, reviewed, staged};
+use sentence::{developed, evaluated, for_so_long, imported, listed, reviewed, staged, trained};
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 use tradeoff::{Applied, TradeoffReport};
@@ -122,14 +121,7 @@ impl Outcome {
                 100.0 * found.uncovered_energy
             ),
             Self::Checked(report) => report.sentence(),
-            Self::Trained(report) => format!(
-                "Trained for {}, {}. Error: OLATs {:.4}, relit {:.4}, by {}",
-                for_so_long(report.seconds),
-                counted(report.steps as usize, "step"),
-                report.loss_rec,
-                report.loss_render,
-                report.features
-            ),
+            Self::Trained(report) => trained(report),
             Self::Relit(report) => report.sentence(),
             Self::Evaluated(report) => evaluated(report),
             Self::Reviewed(report) => reviewed(report),

@@ -4,6 +4,8 @@ use super::{EnvironmentsReport, ImportReport};
 use calibration::develop::DevelopReport;
 use evaluation::review::{Means, ReviewReport};
 use evaluation::{EvaluateReport, Method};
+use footage::scan::counted;
+use training::TrainReport;
 use virtual_stage::StageReport;
 
 /// A time in seconds, in words.
@@ -13,6 +15,22 @@ pub(super) fn for_so_long(seconds: f64) -> String {
         ..6000.0 => format!("{:.0} min", seconds / 60.0),
         _ => format!("{:.1} h", seconds / 3600.0),
     }
+}
+
+/// A loss that no step had is left out.
+pub(super) fn trained(report: &TrainReport) -> String {
+    let mut text = format!(
+        "Trained for {}, {}",
+        for_so_long(report.seconds),
+        counted(report.steps as usize, "step")
+    );
+    let losses = [("OLATs", report.loss_rec), ("relit", report.loss_render)];
+    let known = losses.iter().filter(|(_, loss)| !loss.is_nan());
+    let known: Vec<String> = known.map(|(of, loss)| format!("{of} {loss:.4}")).collect();
+    if !known.is_empty() {
+        text += &format!(". Error: {}, by {}", known.join(", "), report.features);
+    }
+    text
 }
 
 pub(super) fn staged(report: &StageReport) -> String {
@@ -164,4 +182,33 @@ pub(super) fn reviewed(report: &ReviewReport) -> String {
         text += &format!(". The report is {}", path.display());
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loss_that_no_step_had_is_left_out() {
+        let said = |loss_rec, loss_render| {
+            trained(&TrainReport {
+                steps: 1,
+                seconds: 90.0,
+                device: "CPU".to_owned(),
+                features: "the built-in features".to_owned(),
+                parameters: 1,
+                loss_rec,
+                loss_render,
+                skipped_steps: 0,
+                held_out: None,
+                dead_lamps: vec![],
+            })
+        };
+        let begin = "Trained for 2 min, 1 step";
+        let both = format!("{begin}. Error: OLATs 0.2500, relit 0.1250, by the built-in features");
+        assert_eq!(said(0.25, 0.125), both);
+        let relit = format!("{begin}. Error: relit 0.1250, by the built-in features");
+        assert_eq!(said(f32::NAN, 0.125), relit);
+        assert_eq!(said(f32::NAN, f32::NAN), begin);
+    }
 }
