@@ -107,6 +107,12 @@ accuracy: build
 		$(CARGO) run --locked -p afterlight-accuracy -- --budget $(BUDGET) --program $(AFTERLIGHT) \
 		$(addprefix --shoot ,$(SHOOTS)) $(addprefix --minutes ,$(MINUTES)) $(if $(filter no,$(LADDER)),--no-ladder)
 
+# Measures predictions on shoots unlike each other, before any training and after MINUTES of it (such as 1,3,10), and writes
+# docs/panel.md. SHOOTS adds shoots with a truth: SHOOTS="person=DIR other=DIR".
+.PHONY: panel
+panel: build
+	$(CARGO) run --locked -q -p afterlight-panel -- --program $(AFTERLIGHT) $(addprefix --shoot ,$(SHOOTS)) $(addprefix --minutes ,$(MINUTES))
+
 # Calibrates shoots drawn at random and writes docs/robustness.md with how right, and how honest, that was. A run that was
 # stopped goes on; FRESH=1 calibrates again, FRESH=shoots makes the shoots again too. Some twenty seconds for each of the
 # TRIALS, two of them for the calibration; NETWORKS=8 also trains two networks on each of the first eight shoots, some

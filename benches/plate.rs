@@ -453,7 +453,7 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
         let names: Vec<&str> = environments.iter().map(|(name, _)| name.as_str()).collect();
         let (width, height) = plate_size;
         println!(
-            "{}, plate {width} × {height}, light at {size} × {size} (× {:.0}); dB\n",
+            "{}, plate {width} × {height}, light at {size} × {size} (× {:.2}); dB\n",
             project.settings.name,
             width as f64 / size as f64
         );

@@ -60,5 +60,5 @@ fn enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
         sum += down[j] * line;
     }
     let plate = second[index(id)];
-    result[index(id)] = vec4<f32>(plate.rgb * max(sum, vec3<f32>(0.0)), plate.a);
+    result[index(id)] = vec4<f32>(plate.rgb * sum, plate.a);
 }

@@ -2,8 +2,8 @@
 //!
 //! A person was filmed in one flat light, and photographed in a few poses under each lamp of a light
 //! stage, one lamp at a time. From these the library calibrates the lamps and the camera's response
-//! ([`calibration`]), trains a network that predicts every lamp's picture for every frame of the
-//! interview ([`training`], [`reflectance`]), sums those pictures under any environment ([`light`],
+//! ([`calibration`]), carries the photographs over to every frame of the interview ([`transfer`]), trains a
+//! network that corrects them ([`training`], [`reflectance`]), sums those pictures under any environment ([`light`],
 //! [`compositor`]) and writes the clip ([`export`]). `docs/architecture.md` is the map.
 
 pub mod cli;
@@ -13,5 +13,5 @@ pub use worker::demo;
 pub use {
     benchmark, calibration, check, color_config, compositor, confidence, evaluation, export, farm,
     footage, gpu, handover, imaging, light, matte, movies, person, project, reflectance, rivals,
-    scene, studio, tradeoff, training, virtual_stage, worker,
+    scene, studio, tradeoff, training, transfer, virtual_stage, worker,
 };

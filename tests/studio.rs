@@ -673,13 +673,13 @@ fn a_job_is_paused_and_stopped_by_button_and_by_key() {
 }
 
 #[test]
-fn a_project_without_a_network_says_what_to_do_and_offers_it() {
+fn a_project_without_a_calibration_says_what_to_do_and_offers_it() {
     let folder = crate::temporary();
     let project = clay::project(folder.path(), Vec::new());
     let source = || {
         Err(Blocked {
-            sentence: "Train it: afterlight train PROJECT".to_owned(),
-            need: Some(Need::Network),
+            sentence: "Not calibrated yet: afterlight calibrate PROJECT".to_owned(),
+            need: Some(Need::Calibration),
         })
     };
     let mut window = window(|ctx| StudioApp::over(ctx, project, source));
@@ -687,9 +687,13 @@ fn a_project_without_a_network_says_what_to_do_and_offers_it() {
         matches!(app.status().phase, Phase::Blocked(_))
     });
     window.run();
-    window.get_by_label("Not trained yet");
-    assert!(window.query_by_label_contains("afterlight train").is_none());
-    window.get_by_label_contains("Train for 10 minutes");
+    window.get_by_label("Not calibrated yet");
+    assert!(
+        window
+            .query_by_label_contains("afterlight calibrate")
+            .is_none()
+    );
+    window.get_by_label("Calibrate");
 }
 
 #[test]
@@ -735,17 +739,29 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
         needs(Need::Calibration),
     );
     window.get_by_label("Calibrate").click();
-    until(&mut window, "need of a network", needs(Need::Network));
-    window.get_by_label_contains("Train for 10 minutes").click();
+    until(&mut window, "picture without training", |app| {
+        app.relit().is_some()
+    });
+    until_shown(&mut window);
+    let carried = picture(&window);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
+    until(&mut window, "what is on disk", |app| {
+        app.training().records.is_some()
+    });
+    window.get_by_label("Start").click();
     until(&mut window, "step of training", |app| {
         let work = app.status().job.as_ref();
         work.is_some_and(|w| w.note.contains("OLATs 0."))
     });
     window.get_by_label("Stop").click();
-    until(&mut window, "picture", |app| app.relit().is_some());
+    until(&mut window, "end of the job", |app| {
+        app.status().job.is_none()
+    });
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     until_shown(&mut window);
     let before = picture(&window);
     assert_eq!(before.len(), 32 * 32 * 3);
+    assert_ne!(before, carried, "the network corrects the picture");
     drag(
         &mut window,
         MIDDLE,
@@ -798,13 +814,13 @@ fn a_window_without_a_picture_shows_the_job_in_its_place() {
     let project = clay::project(folder.path(), Vec::new());
     let source = || {
         Err(Blocked {
-            sentence: "Train it: afterlight train PROJECT".to_owned(),
-            need: Some(Need::Network),
+            sentence: "Not calibrated yet: afterlight calibrate PROJECT".to_owned(),
+            need: Some(Need::Calibration),
         })
     };
     let mut window = window(|ctx| StudioApp::over(ctx, project, source));
     let job = told_job(&mut window);
-    assert!(window.query_by_label("Not trained yet").is_none());
+    assert!(window.query_by_label("Not calibrated yet").is_none());
     window.key_press(Key::P);
     window.run();
     until(&mut window, "panoramas", |app| {
@@ -816,7 +832,7 @@ fn a_window_without_a_picture_shows_the_job_in_its_place() {
     until(&mut window, "reason", |app| {
         matches!(app.status().phase, Phase::Blocked(_)) && app.status().job.is_none()
     });
-    window.get_by_label("Not trained yet");
+    window.get_by_label("Not calibrated yet");
 }
 
 /// Compares the window with its picture, without the times, which differ from run to run.

@@ -2,10 +2,12 @@
 //! the working size; that ratio is brought to the plate's size, where it multiplies the plate's own pixels.
 //!
 //! With the plate's light P, a floor ε against noise in the dark, the matte α, and D for the mean over what one pixel of
-//! the working size covers: ratio r = relit ÷ D(P + ε), picture = α · (P + ε) · max(0, U(r)). U is Catmull and Rom's
-//! cubic, which keeps what it interpolates: a step of back-projection behind it gained nothing on a shoot with its truth
-//! (`benches/plate.rs` measures the ways there are). But where U falls below zero, all of it is linear in the light, so
-//! pictures under single lamps add up to the picture under all of them.
+//! the working size covers: ratio r = relit ÷ D(P + ε), picture = α · (P + ε) · U(r). D takes pixels of the plate that lie
+//! in two of the working size by their shares, as the network's picture does. U is Catmull and Rom's cubic, which keeps
+//! what it interpolates: a step of back-projection behind it brings the mean nearer and rings at the shadows of single
+//! lamps (`benches/plate.rs` measures the ways there are). Plate and matte alone decide the operation, and it is linear in the
+//! light: pictures under single lamps add up to the picture under all of them. So nothing is clamped: the cubic swings
+//! below zero beside the hard shadow of a single lamp, which a display shows as black.
 
 use super::cubic::Taps;
 use super::descriptor::{Descriptor, Run, decide};
@@ -98,7 +100,23 @@ fn taps(length: usize, start: f32, side: f32, size: usize) -> Vec<Taps> {
     (0..length).map(at).collect()
 }
 
-/// Which of `size` pixels of the working size a plate's pixel belongs to; None beyond the square.
+/// For each of `size` pixels of the working size, the pixels of the plate that it covers along an axis, and how much of each.
+fn covered(length: usize, start: f32, side: f32, size: usize) -> Vec<Vec<(usize, f32)>> {
+    let (start, step) = (f64::from(start), f64::from(side) / size as f64);
+    let pixels_of = |node: usize| {
+        let from = start + node as f64 * step;
+        let to = from + step;
+        let pixels = from.max(0.0) as usize..(to.max(0.0).ceil() as usize).min(length);
+        let share = |i: usize| (i, (to.min(i as f64 + 1.0) - from.max(i as f64)) as f32);
+        pixels
+            .map(share)
+            .filter(|&(_, share)| share > 1e-6)
+            .collect()
+    };
+    (0..size).map(pixels_of).collect()
+}
+
+/// The pixel of the working size, of `size`, that a plate's pixel belongs to; None beyond the square.
 fn cell(i: usize, start: f32, side: f32, size: usize) -> Option<usize> {
     let at = (i as f32 + 0.5 - start) * size as f32 / side;
     (at >= 0.0 && at < size as f32).then_some(at as usize)
@@ -257,7 +275,8 @@ impl Plate {
     }
 
     /// The subject at the plate's size, premultiplied by its matte. `relit` is what [`super::reference::relight`] sums
-    /// at the working size, premultiplied by `working`, the matte there, and finite.
+    /// at the working size, premultiplied by `working`, the matte there, and finite. Beside hard shadows of single lamps the
+    /// result may be slightly negative.
     ///
     /// # Panics
     /// When `relit` or `working` has another size than the one that the plate was prepared for.
@@ -300,7 +319,7 @@ impl Plate {
     }
 }
 
-/// `lit` times the sum of four rows, each times its share, where that is not negative.
+/// `lit` times the sum of four rows, each times its share.
 #[inline(always)]
 fn multiply(line: &mut [f32], lit: &[f32], rows: [&[f32]; 4], shares: [f32; 4]) {
     let lit = &lit[..line.len()];
@@ -310,7 +329,7 @@ fn multiply(line: &mut [f32], lit: &[f32], rows: [&[f32]; 4], shares: [f32; 4]) 
         for k in 0..4 {
             ratio += shares[k] * rows[k][i];
         }
-        *value = lit[i] * ratio.max(0.0);
+        *value = lit[i] * ratio;
     }
 }
 
@@ -330,26 +349,18 @@ impl Nodes {
     fn of(lit: &Image, matte: &Mask, square: PlateSquare, working: &Mask) -> Self {
         let size = working.width;
         let PlateSquare { x, y, side } = square;
-        let along = |length: usize, start: f32| -> Vec<Option<usize>> {
-            (0..length).map(|i| cell(i, start, side, size)).collect()
-        };
-        let columns = along(matte.width, x);
-        let mut rows_of = vec![Vec::new(); size];
-        for (row, cell) in along(matte.height, y).into_iter().enumerate() {
-            if let Some(cell) = cell {
-                rows_of[cell].push(row);
-            }
-        }
+        let columns = covered(matte.width, x, side, size);
+        let rows = covered(matte.height, y, side, size);
         // Light, and then coverage.
         let mut sums = vec![([0f32; 3], 0f32); size * size];
-        let lines = sums.par_chunks_mut(size).zip(rows_of);
+        let lines = sums.par_chunks_mut(size).zip(rows);
         lines.for_each(|(sums, rows)| {
-            for row in rows {
-                for (column, &cell) in columns.iter().enumerate() {
-                    if let Some((light, covered)) = cell.map(|cell| &mut sums[cell]) {
-                        let pixel = lit.at(column, row);
-                        (0..3).for_each(|c| light[c] += pixel[c]);
-                        *covered += matte.at(column, row);
+            for (row, high) in rows {
+                for ((light, covered), columns) in sums.iter_mut().zip(&columns) {
+                    for &(column, wide) in columns {
+                        let (pixel, share) = (lit.at(column, row), high * wide);
+                        (0..3).for_each(|c| light[c] += share * pixel[c]);
+                        *covered += share * matte.at(column, row);
                     }
                 }
             }

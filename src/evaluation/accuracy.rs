@@ -20,7 +20,11 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// The trained network predicts it.
+    /// The OLATs that are shown and exported: the exemplars carried over, corrected by the network if one is trained.
+    Prediction,
+    /// The exemplars carried over, without training (reflectance transfer).
+    Transfer,
+    /// The trained network alone.
     Network,
     /// The true OLATs: the best that any sum over this rig's lamps can reach.
     TruthOlats,
@@ -37,6 +41,11 @@ pub enum Method {
 }
 
 impl Method {
+    /// True for the methods that an [`OlatPredictor`](transfer::OlatPredictor) has.
+    pub fn predicts(self) -> bool {
+        matches!(self, Self::Prediction | Self::Transfer | Self::Network)
+    }
+
     /// Whether it learns when it is evaluated.
     pub fn learns(self) -> bool {
         matches!(self, Self::Texler | Self::Sun)

@@ -19,13 +19,14 @@ use imaging::file::write_png;
 use imaging::{Encoded, Image};
 use light::weights::Weighting;
 use project::Project;
-use reflectance::Predictor;
+use reflectance::{Predictor, ReflectanceField};
 use rivals::{Effort, Spent};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use transfer::OlatPredictor;
 
 /// How long methods may learn that learn when they are evaluated, in minutes.
 pub const MINUTES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
@@ -39,7 +40,7 @@ pub struct EvaluateSettings {
     #[arg(long, value_name = "DIR")]
     pub truth: PathBuf,
     /// What predicts the OLATs.
-    #[arg(long = "with", value_enum, default_value_t = Method::Network)]
+    #[arg(long = "with", value_enum, default_value_t = Method::Prediction)]
     pub method: Method,
     /// What the pictures show that are measured, and at which resolution.
     #[arg(long, value_enum, default_value_t)]
@@ -96,17 +97,13 @@ pub fn evaluate(
     let truth = Truth::open(project, &settings.truth)?;
     let compute = ComputeDevice::choose(settings.device);
     let minutes = learning_minutes(project, settings.minutes);
-    let asks_network = settings.method == Method::Network
+    let asks_predictor = settings.method.predicts()
         || settings.table.is_some()
         || settings.sheet.is_some()
         || settings.worst.is_some();
-    let predictor = if asks_network {
-        let predictor = Predictor::open(project, &compute.device)?;
-        excluded_check(&predictor.info().training_frames, &truth.frames)?;
-        Some(predictor)
-    } else {
-        None
-    };
+    let predictor = asks_predictor
+        .then(|| open_predictor(project, &calibration, settings, &truth, &compute))
+        .transpose()?;
     let weights = truth_weights(project, &calibration, &truth, settings.weighting)?;
     let asks_olats = truth.frames.iter().any(|&frame| truth.has_olats(frame));
     let compared = |method: Method| -> Result<(Comparison, Option<Spent>)> {
@@ -127,8 +124,8 @@ pub fn evaluate(
             .transpose()?;
         let mut predict = |frame: &Frame, olats| match (&learnt, &predictor) {
             (Some(learnt), _) => Ok(Predicted::Pictures(learnt.predict(frame, olats)?)),
-            (None, Some(predictor)) => Ok(Predicted::Field(predictor.predict(frame)?)),
-            (None, None) => Err(Error::bug("there is no network to predict with")),
+            (None, Some(predictor)) => predicted(predictor, method, frame).map(Predicted::Field),
+            (None, None) => Err(Error::bug("nothing to predict with")),
         };
         let compared = compare(
             project,
@@ -158,26 +155,24 @@ pub fn evaluate(
             Method::Harmonics,
             Method::Texler,
             Method::Sun,
+            Method::Transfer,
             Method::Network,
+            Method::Prediction,
             Method::TruthOlats,
         ];
         let wanted = methods.into_iter();
         let wanted = wanted.filter(|m| settings.minutes.is_some() || !m.learns());
-        let info = predictor.info();
-        let network = Spent {
-            steps: info.step,
-            seconds: info.seconds,
-        };
+        let trained = predictor.network().is_some();
+        let wanted = wanted.filter(|m| trained || *m != Method::Network);
         let mut all = Vec::new();
         for method in wanted {
             let (scores, learnt) = match &learnt {
                 Some(learnt) if method == settings.method => (scores.clone(), Some(*learnt)),
                 _ => scores_of(method)?,
             };
-            all.push((
-                scores,
-                cost(learnt.unwrap_or(network), &compute.description),
-            ));
+            let spent = learnt.or_else(|| training_of(predictor, method));
+            let cost = spent.map_or("none".to_owned(), |s| cost(s, &compute.description));
+            all.push((scores, cost));
         }
         let rows: Vec<Row> = all.iter().map(|(scores, cost)| row(scores, cost)).collect();
         let (width, height) = picture_size(project, settings.at)?;
@@ -196,8 +191,8 @@ pub fn evaluate(
     }
     if let (Some(path), Some(predictor)) = (&settings.worst, &predictor) {
         let scores = match settings.method {
-            Method::Network => &scores,
-            _ => &scores_of(Method::Network)?.0,
+            Method::Prediction => &scores,
+            _ => &scores_of(Method::Prediction)?.0,
         };
         write_png(
             path,
@@ -205,7 +200,7 @@ pub fn evaluate(
         )?;
     }
     let flicker = match &predictor {
-        Some(predictor) if settings.method == Method::Network => {
+        Some(predictor) if settings.method.predicts() => {
             let named = &truth.environments[0];
             let found = light::panorama::load(&project.shoot_path(&named.file)).and_then(|read| {
                 flicker::of_clip(
@@ -213,7 +208,7 @@ pub fn evaluate(
                     &calibration,
                     (&Arc::new(read), named.front().turned(0.0)),
                     flicker::middle(project),
-                    &mut |frame| predictor.predict(frame),
+                    &mut |frame| predicted(predictor, settings.method, frame),
                     progress,
                 )
             });
@@ -221,19 +216,52 @@ pub fn evaluate(
         }
         _ => None,
     };
-    let network = predictor
-        .as_ref()
-        .filter(|_| settings.method == Method::Network)
-        .map(|p| Spent {
-            steps: p.info().step,
-            seconds: p.info().seconds,
-        });
+    let network = (predictor.as_ref()).and_then(|p| training_of(p, settings.method));
     let spent = network.or(learnt);
     Ok(EvaluateReport {
         scores,
         training_steps: spent.map(|spent| spent.steps),
         training_seconds: spent.map(|spent| spent.seconds),
         flicker,
+    })
+}
+
+/// Opens what predicts OLATs, and refuses a network that was trained on the truth's frames.
+fn open_predictor(
+    project: &Project,
+    calibration: &Calibration,
+    settings: &EvaluateSettings,
+    truth: &Truth,
+    compute: &ComputeDevice,
+) -> Result<OlatPredictor> {
+    if settings.method == Method::Network && !project.checkpoint_path().exists() {
+        Predictor::open(project, &compute.device)?;
+    }
+    let predictor = OlatPredictor::open(project, calibration, &compute.device)?;
+    if let Some(network) = predictor.network()
+        && settings.method != Method::Transfer
+    {
+        excluded_check(&network.info().training_frames, &truth.frames)?;
+    }
+    Ok(predictor)
+}
+
+/// OLATs of a frame by a method that [predicts](Method::predicts).
+fn predicted(predictor: &OlatPredictor, method: Method, frame: &Frame) -> Result<ReflectanceField> {
+    match (method, predictor.network()) {
+        (Method::Transfer, _) => Ok(predictor.transfer().carry(frame).field),
+        (Method::Network, Some(network)) => network.predict(frame),
+        _ => predictor.predict(frame),
+    }
+}
+
+/// The training of the network that a method uses.
+fn training_of(predictor: &OlatPredictor, method: Method) -> Option<Spent> {
+    let uses = matches!(method, Method::Network | Method::Prediction);
+    let info = predictor.network().filter(|_| uses)?.info();
+    Some(Spent {
+        steps: info.step,
+        seconds: info.seconds,
     })
 }
 
@@ -261,7 +289,9 @@ fn row<'a>(scores: &'a Scores, trained: &'a str) -> Row<'a> {
         Method::Harmonics => ("ratio image of order-2 harmonics", "none"),
         Method::Texler => ("Texler 2020, a network for these looks", trained),
         Method::Sun => ("Sun 2019, trained on the exemplars", trained),
-        Method::Network => ("**network**", trained),
+        Method::Transfer => ("exemplars carried over", "none"),
+        Method::Network => ("network", trained),
+        Method::Prediction => ("**both: the prediction**", trained),
         Method::TruthOlats => ("true OLATs: the rig's limit", "not to be had in use"),
     };
     Row { name, cost, scores }
@@ -303,7 +333,7 @@ impl OlatPictures {
         project: &Project,
         calibration: &Calibration,
         truth: &Truth,
-        predictor: &Predictor,
+        predictor: &OlatPredictor,
         frame: usize,
     ) -> Result<Self> {
         let frame = Frame::load(project, &calibration.response, frame)?;
@@ -335,7 +365,7 @@ fn sheet(
     project: &Project,
     calibration: &Calibration,
     truth: &Truth,
-    predictor: &Predictor,
+    predictor: &OlatPredictor,
 ) -> Result<Encoded> {
     const LAMPS: usize = 8;
     let frame = truth
@@ -363,7 +393,7 @@ fn worst(
     project: &Project,
     calibration: &Calibration,
     truth: &Truth,
-    predictor: &Predictor,
+    predictor: &OlatPredictor,
     scores: &Scores,
 ) -> Result<Encoded> {
     const CELLS: usize = 20;

@@ -29,7 +29,12 @@ impl Nearest {
         let ratio = match method {
             Method::Nearest => false,
             Method::Ratio | Method::Harmonics => true,
-            Method::Network | Method::TruthOlats | Method::Texler | Method::Sun => return Ok(None),
+            Method::Prediction
+            | Method::Transfer
+            | Method::Network
+            | Method::TruthOlats
+            | Method::Texler
+            | Method::Sun => return Ok(None),
         };
         let mut poses = Pose::load_all(project, calibration)?;
         if method == Method::Harmonics {

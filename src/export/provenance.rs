@@ -10,6 +10,7 @@ use base::files::open;
 use color_config::ColorChoice;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};
+use footage::exemplar_sources;
 use light::Environment;
 use light::conventions::Front;
 use project::{Picture, Project, Shoot};
@@ -59,9 +60,16 @@ impl Provenance {
             settings.framing, settings.size
         ));
         made_of.bytes(&read(&project.calibration_path())?);
+        let footage = FootagePrints::default();
+        for picture in exemplar_sources(project) {
+            made_of.text(&footage.of(&picture));
+        }
         // It has the checksums of the weights.
         let mut network = Hash::default();
-        network.bytes(&read(&project.checkpoint_path().join("checkpoint.toml"))?);
+        let table = project.checkpoint_path().join("checkpoint.toml");
+        if table.exists() {
+            network.bytes(&read(&table)?);
+        }
         let mut lit_by = Hash::default();
         lit_by.text(&environment.name);
         for value in environment.radiance.pixels.iter().flatten() {
@@ -79,7 +87,6 @@ impl Provenance {
         };
         written.text(&format!("{plain:?} {first}"));
         // The first frame's light sets the level of all.
-        let footage = FootagePrints::default();
         for picture in sources(project, first) {
             written.text(&footage.of(&picture));
         }

@@ -11,6 +11,7 @@ use compositor::Picture;
 use exr::prelude::FlatImage;
 use imaging::Image;
 use serde::Serialize;
+use std::fs::remove_file;
 use std::path::Path;
 
 const REMEDY: &str = "Export it again with its light layers";
@@ -58,14 +59,31 @@ pub fn rebuilt(path: &Path) -> Result<Image> {
 }
 
 impl Rebuild {
-    /// Compares what the layers of the file `path` add up to with `subject` as `about` would write it.
+    /// Compares what the layers of the file `path`, which was just written, add up to with `subject` as `about` would
+    /// write it.
     ///
     /// # Errors
-    /// As [`rebuilt`].
+    /// As [`rebuilt`]; and when more is missing than half floats round away. Then the picture is removed, so that an export
+    /// that goes on writes it again.
     pub(super) fn of_written(path: &Path, subject: &Picture, about: &About) -> Result<Self> {
         let linear = subject.linear.as_ref().ok_or_else(|| no_light(path))?;
         let wanted = written_light(linear, subject, about.encoding, about.exr);
-        Self::check(path, about.layers.map_or(0, |l| l.lamps.len()), &wanted)
+        let found = Self::check(path, about.layers.map_or(0, |l| l.lamps.len()), &wanted)?;
+        if found.is_exact() {
+            return Ok(found);
+        }
+        remove_file(path).map_err(|e| Error::io("remove", path, e, REMEDY))?;
+        Err(Error::invalid(
+            format!(
+                "{} was not kept: its {} light layers, weighted and added, miss the relit subject by {:.2e}, {:.3} % of its \
+                 brightest light, more than half floats round away",
+                path.display(),
+                found.layers,
+                found.residual,
+                100.0 * found.share()
+            ),
+            "Export light layers in a colour space that is linear in light, or export without them",
+        ))
     }
 
     /// Compares what the layers of the file `path`, `layers` in number, add up to with `wanted`.

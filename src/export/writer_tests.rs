@@ -335,7 +335,7 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
 }
 
 #[test]
-fn a_picture_that_was_changed_is_seen_and_files_that_lie_are_refused() {
+fn layers_that_miss_the_picture_are_not_kept_and_files_that_lie_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let files = Files {
@@ -347,14 +347,14 @@ fn a_picture_that_was_changed_is_seen_and_files_that_lie_are_refused() {
         let (shown, mut lights) = lit();
         lights.layers.lamps[0].picture.pixels[3][0] *= change;
         let mut writer = Writer::open(&files, (0, 0), (12, 7), &film(), None, &silent).unwrap();
-        writer
-            .write(0, &shown, Some(lights), None, &silent)
-            .unwrap();
-        Rebuild::of_file(&path).unwrap()
+        writer.write(0, &shown, Some(lights), None, &silent)
     };
-    assert!(write(1.0).is_exact());
-    assert!(!write(1.2).is_exact());
+    assert!(write(1.0).unwrap().unwrap().is_exact());
+    assert!(Rebuild::of_file(&path).unwrap().is_exact());
     let whole = std::fs::read(&path).unwrap();
+    let said = write(1.2).unwrap_err().to_string();
+    assert!(said.contains("miss the relit subject"), "{said}");
+    assert!(!path.exists());
     std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
     assert!(
         Rebuild::of_file(&path)

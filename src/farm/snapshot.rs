@@ -95,13 +95,6 @@ pub(crate) fn take(
     job: &Path,
     progress: &Progress,
 ) -> Result<(Project, KeptEnvironment)> {
-    if !project.checkpoint_path().exists() {
-        let root = project.root.display();
-        return Err(Error::missing(
-            format!("{root} has no network yet"),
-            format!("Train it first: afterlight train {root}"),
-        ));
-    }
     let (environment, front) = match &settings.read {
         Some(read) => (read.clone(), Default::default()),
         None => {
@@ -127,11 +120,10 @@ pub(crate) fn take(
     // In place of a damaged frame one near it is shown.
     let end = project.settings.shoot.frames.len();
     let frames = first.saturating_sub(STAND_IN_REACH)..(last + 1 + STAND_IN_REACH).min(end);
-    link_mattes(
-        project,
-        &copy,
-        frames.map(|frame| project.frame_matte(frame)),
-    )?;
+    let poses = 0..project.settings.shoot.poses.len();
+    let mattes = (frames.map(|frame| project.frame_matte(frame)))
+        .chain(poses.map(|pose| project.exemplar_matte(pose)));
+    link_mattes(project, &copy, mattes)?;
     Ok((copy, kept))
 }
 

@@ -6,7 +6,7 @@ use super::motion::Correction;
 use base::error::Result;
 use imaging::resample::resize_area;
 use imaging::{Image, Mask, Response};
-use project::Project;
+use project::{Picture, Project};
 use rayon::prelude::*;
 
 /// A pose under each lamp alone, linear, at the working size: an exemplar of the reflectance field.
@@ -78,6 +78,17 @@ impl Exemplar {
         }
         Ok(sum)
     }
+}
+
+/// All pictures that the project's exemplars are read from: mattes, and OLATs of all lamps of the shoot.
+pub fn exemplar_sources(project: &Project) -> Vec<Picture> {
+    let shoot = &project.settings.shoot;
+    let pose = |pose: usize| {
+        let olats = 0..shoot.all_lamps().len();
+        let matte = project.exemplar_matte(pose).picture().clone();
+        std::iter::once(matte).chain(olats.map(move |lamp| project.olat_picture(pose, lamp)))
+    };
+    (0..shoot.poses.len()).flat_map(pose).collect()
 }
 
 /// Reads the OLATs of one pose.

@@ -28,7 +28,7 @@ mod takes;
 mod tracking;
 
 pub use damaged::{STAND_IN_REACH, StandIn, offer, readable_frame, stand_in};
-pub use exemplar::{Exemplar, OlatReader};
+pub use exemplar::{Exemplar, OlatReader, exemplar_sources};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;
 pub use frame_mattes::{FindPerson, FrameMatte, FrameMattes};

@@ -3,13 +3,18 @@
 use super::compressed::CompressedField;
 use super::field::ReflectanceField;
 use super::half_field::HalfField;
+use super::render::{relight, tensor_from_image, tensor_from_weights};
 use base::error::{Error, Result};
-use burn::tensor::Tensor;
+use burn::tensor::{Device, Tensor, TensorData};
 use burn_cubecl::cubecl::wgpu::{AutoCompiler, WgpuResource, WgpuServer};
 use burn_cubecl::kernel::into_contiguous;
 use burn_cubecl::{Cube, CubeBackend};
 use cubecl_runtime::storage::ManagedResource;
+use imaging::Image;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+/// Largest factor by which [`DeviceField::summing_to`] scales a pixel.
+const MOST_SCALE: f32 = 8.0;
 
 /// A predicted field on the network's device: `[lamps, 3, height, width]`.
 pub struct DeviceField {
@@ -56,6 +61,36 @@ impl DeviceField {
     pub(super) fn finished(olats: Tensor<4>) -> Result<Self> {
         olats.device().sync().map_err(|e| device_failure(&e))?;
         Ok(Self { olats })
+    }
+
+    /// Copies a field to the network's device.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn upload(field: &ReflectanceField, device: &Device) -> Result<Self> {
+        Self::finished(tensor(field, device))
+    }
+
+    /// The mean of this field, which counts with `share`, and another of its size, which counts with the rest.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn mixed(self, other: &ReflectanceField, share: f32) -> Result<Self> {
+        let other = tensor(other, &self.olats.device());
+        Self::finished(self.olats * share + other * (1.0 - share))
+    }
+
+    /// The field scaled pixel by pixel such that its sum under `weights` is `plate`; sums in the dark are scaled by no more than
+    /// [`MOST_SCALE`].
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn summing_to(self, plate: &Image, weights: &[[f32; 3]]) -> Result<Self> {
+        let device = self.olats.device();
+        let plate = tensor_from_image(plate, &device).clamp_min(0.0);
+        let sum = relight(self.olats.clone(), &tensor_from_weights(weights, &device));
+        let scale = (plate / sum.clamp_min(f32::MIN_POSITIVE)).clamp_max(MOST_SCALE);
+        Self::finished(self.olats * scale)
     }
 
     /// Copies the field to memory.
@@ -176,6 +211,11 @@ impl FieldBuffer {
             Buffer::Own(buffer) => buffer.as_entire_binding(),
         }
     }
+}
+
+fn tensor(field: &ReflectanceField, device: &Device) -> Tensor<4> {
+    let shape = [field.lamps, 3, field.height, field.width];
+    Tensor::from_data(TensorData::new(field.values.clone(), shape), device)
 }
 
 fn stored(contents: &[u8], device: &wgpu::Device) -> wgpu::Buffer {

@@ -14,6 +14,7 @@ mod resize;
 pub mod start;
 mod unet;
 
+pub use burn::tensor::Device;
 pub use compressed::{CompressedField, LampBasis};
 pub use device_field::{DeviceField, FieldBuffer, FieldFormat};
 pub use field::ReflectanceField;

@@ -19,10 +19,9 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// Whether the project waits for its calibration or its training; its footage can be read.
+    /// True while the project waits for its calibration; its footage can be read.
     pub fn waits_for_job(&self) -> bool {
-        let needs = |need| matches!(need, Some(Need::Calibration | Need::Network));
-        matches!(self, Self::Blocked(blocked) if needs(blocked.need))
+        matches!(self, Self::Blocked(blocked) if blocked.need == Some(Need::Calibration))
     }
 }
 
@@ -305,7 +304,7 @@ mod tests {
         let mut status = Status::new(Phase::Opening);
         let blocked = Blocked {
             sentence: "no network".into(),
-            need: Some(Need::Network),
+            need: Some(Need::Calibration),
         };
         status.on_event(Event::Blocked(blocked.clone()));
         status.on_event(Event::Started {

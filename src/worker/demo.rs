@@ -33,6 +33,8 @@ pub struct DemoReport {
     pub sheet: PathBuf,
     pub report: PathBuf,
     pub training: TrainReport,
+    pub prediction: EvaluateReport,
+    pub transfer: EvaluateReport,
     pub network: EvaluateReport,
     pub ratio: EvaluateReport,
     pub relight: RelightReport,
@@ -113,7 +115,9 @@ pub fn run(
         };
         evaluate(&project, &settings, progress)
     };
-    let network = measure(Method::Network, Some(sheet.clone()))?;
+    let prediction = measure(Method::Prediction, Some(sheet.clone()))?;
+    let transfer = measure(Method::Transfer, None)?;
+    let network = measure(Method::Network, None)?;
     let ratio = measure(Method::Ratio, None)?;
     let clip = folder.join("relit.mp4");
     let environment = project
@@ -153,6 +157,8 @@ pub fn run(
         sheet,
         report: report.clone(),
         training,
+        prediction,
+        transfer,
         network,
         ratio,
         relight,
@@ -169,22 +175,21 @@ impl DemoReport {
             "# Afterlight demo\n\n\
              Camera response: {}. Lamps found: {}.\n\n\
              Training went on for {:.0} s to step {}; the network ran on the {}.\n\n\
-             | environment | network, dB | ratio image, dB |\n|---|---:|---:|\n",
+             | environment | prediction, dB | exemplars carried over, dB | network, dB | ratio image, dB |\n\
+             |---|---:|---:|---:|---:|\n",
             calibration.response,
             calibration.rig.lamps.len(),
             self.training.seconds,
             self.training.steps,
             self.training.device,
         );
-        for (name, db) in &self.network.scores.relit_psnr_db {
-            let ratio = self
-                .ratio
-                .scores
-                .relit_psnr_db
-                .get(name)
-                .copied()
-                .unwrap_or(f64::NAN);
-            text += &format!("| {name} | {db:.1} | {ratio:.1} |\n");
+        for name in self.prediction.scores.relit_psnr_db.keys() {
+            text += &format!("| {name} |");
+            for method in [&self.prediction, &self.transfer, &self.network, &self.ratio] {
+                let db = method.scores.relit_psnr_db.get(name);
+                text += &format!(" {:.1} |", db.copied().unwrap_or(f64::NAN));
+            }
+            text.push('\n');
         }
         text += &format!(
             "\nThe clip has {} frames and took {:.0} ms for each:\n\n| pass | ran | why | ms |\n|---|---|---|---:|\n",
@@ -205,7 +210,7 @@ impl DemoReport {
     /// What a person reads at the end: what was made, how good it is, and what to do next.
     pub fn sentence(&self) -> String {
         let folder = self.report.parent().unwrap_or(Path::new("."));
-        let scores = &self.network.scores.relit_psnr_db;
+        let scores = &self.prediction.scores.relit_psnr_db;
         let mut others = scores.keys().filter(|name| **name != self.environment);
         let other = others.next().unwrap_or(&self.environment);
         let (project, program) = (self.project.display(), program());

@@ -41,7 +41,6 @@ pub enum Need {
     /// The shoot, which is not where it was.
     Shoot,
     Calibration,
-    Network,
 }
 
 /// Events that the window has not read yet. A job's step replaces the step before it, and points of a training

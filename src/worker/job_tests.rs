@@ -8,8 +8,8 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
     let open = move || {
         opened.send(()).unwrap();
         Err(Blocked {
-            sentence: "no network".to_owned(),
-            need: Some(Need::Network),
+            sentence: "no calibration".to_owned(),
+            need: Some(Need::Calibration),
         })
     };
     let worker = Worker::over(open, || {});

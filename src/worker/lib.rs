@@ -58,7 +58,7 @@ pub use outcome::{Outcome, WentBack};
 pub use panorama_loader::{Origin, Panorama, PanoramaLoader};
 pub use preview::{LookPicture, LookView, PreviewPicture, PreviewRequest};
 pub use review_thread::{Cell, CellPictures, LampSheet, ReviewThread, SavedReview};
-pub use source::{FindComparison, Predict, Prediction, Source, open_project};
+pub use source::{FindComparison, KeptExemplars, Predict, Prediction, Source, open_project};
 pub use srgb_picture::{SrgbPicture, mirrored, on_mirror_ball};
 
 use background::Background;
@@ -158,12 +158,13 @@ impl Worker {
     ) -> Self {
         // Looking for a GPU takes a while, and its result does not change.
         let mut compute: Option<ComputeDevice> = None;
+        let mut exemplars = KeptExemplars::default();
         let open = move || {
             if compute.as_ref().is_some_and(ComputeDevice::is_lost) {
                 compute = None;
             }
             let compute = compute.get_or_insert_with(|| ComputeDevice::choose(device));
-            open_project(&project, compute)
+            open_project(&project, compute, &mut exemplars)
         };
         Self::over(open, wake)
     }

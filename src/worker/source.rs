@@ -1,4 +1,4 @@
-//! Where predicted frames come from: a project's calibration and network.
+//! Where predicted frames come from: a project's calibration, exemplars and network.
 
 use super::comparison::ComparisonSource;
 use super::comparison_reader::ComparisonReader;
@@ -10,7 +10,9 @@ use footage::Frame;
 use gpu::ComputeDevice;
 use light::Rig;
 use project::Project;
-use reflectance::Predictor;
+use std::sync::Arc;
+use std::time::SystemTime;
+use transfer::{OlatPredictor, Transfer};
 
 /// A frame of the interview and its OLATs.
 pub struct Prediction {
@@ -48,11 +50,47 @@ pub struct Source {
     pub comparison: FindComparison,
 }
 
-/// Opens a project's calibration and network.
+/// Exemplars that were read, kept while a training saves one network after the other.
+#[derive(Default)]
+pub struct KeptExemplars(Option<(Calibration, Vec<Stamp>, Arc<Transfer>)>);
+
+/// Length and time of change of a file; None if it cannot be looked at.
+type Stamp = Option<(u64, Option<SystemTime>)>;
+
+impl KeptExemplars {
+    /// The project's exemplars, read again if its calibration or a file of theirs was changed.
+    fn read(
+        &mut self,
+        project: &Project,
+        calibration: &Calibration,
+    ) -> Result<Arc<Transfer>, Error> {
+        let stamps: Vec<Stamp> = (footage::exemplar_sources(project).iter())
+            .map(|picture| {
+                let about = std::fs::metadata(picture.file()).ok()?;
+                Some((about.len(), about.modified().ok()))
+            })
+            .collect();
+        if let Some((known, as_known, transfer)) = &self.0
+            && known == calibration
+            && *as_known == stamps
+        {
+            return Ok(transfer.clone());
+        }
+        let transfer = Arc::new(Transfer::open(project, calibration)?);
+        self.0 = Some((calibration.clone(), stamps, transfer.clone()));
+        Ok(transfer)
+    }
+}
+
+/// Opens a project's calibration and exemplars, and its network if one is trained.
 ///
 /// # Errors
-/// When the shoot, the calibration or the network is missing or cannot be read.
-pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source, Blocked> {
+/// When the shoot or the calibration is missing, or something cannot be read.
+pub fn open_project(
+    project: &Project,
+    compute: &ComputeDevice,
+    kept: &mut KeptExemplars,
+) -> Result<Source, Blocked> {
     let blocked = |need| {
         move |e: Error| Blocked {
             sentence: e.to_string(),
@@ -62,12 +100,11 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     project.check_shoot().map_err(blocked(Some(Need::Shoot)))?;
     // Whatever is wrong with a calibration, another one mends it.
     let calibration = Calibration::load(project).map_err(blocked(Some(Need::Calibration)))?;
+    let transfer = kept.read(project, &calibration).map_err(blocked(None))?;
     // A network that is there and cannot be used is not replaced unasked.
-    let untrained = !project.checkpoint_path().exists();
-    let need = untrained.then_some(Need::Network);
     let predictor = compute
-        .guarded(|| Predictor::open(project, &compute.device))
-        .map_err(blocked(need))?;
+        .guarded(|| OlatPredictor::with_transfer(transfer, project, &compute.device))
+        .map_err(blocked(None))?;
     let compute = compute.clone();
     let (project, response) = (project.clone(), calibration.response);
     // In f16 twice as many frames fit into memory.
@@ -75,7 +112,13 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     let comparisons = ComparisonReader::new(&project, &calibration, &compute);
     Ok(Source {
         rig: calibration.rig,
-        device: compute.description.clone(),
+        device: match predictor.network() {
+            Some(_) => compute.description.clone(),
+            None => format!(
+                "{}. Not trained yet: exemplars carried over",
+                compute.description
+            ),
+        },
         comparison: Box::new(comparisons.find()),
         predict: Box::new(move |index| {
             let (frame, filmed) = Frame::load_filmed(&project, &response, index)?;

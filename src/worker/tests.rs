@@ -100,7 +100,7 @@ fn fading_worker(fails: fn(usize) -> bool) -> (Worker, Receiver<(usize, usize)>)
         if fails(opening) {
             return Err(Blocked {
                 sentence: format!("opening {opening} failed"),
-                need: Some(Need::Network),
+                need: Some(Need::Calibration),
             });
         }
         let began = began.clone();

@@ -9,7 +9,7 @@ use super::{
 use afterlight::footage::{BrushSide, Strokes};
 use afterlight::gpu::DeviceChoice;
 use afterlight::project::{Framing, Project};
-use afterlight::studio::{Pane, StudioApp, Thumbnail};
+use afterlight::studio::{Pane, Phase, StudioApp, Thumbnail};
 use afterlight::worker::Need;
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
@@ -91,7 +91,9 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
     let folder = crate::temporary();
     let project = calibrated(folder.path());
     let mut window = footage(&project);
-    until(&mut window, "need of a network", needs(Some(Need::Network)));
+    until(&mut window, "picture without training", |app| {
+        matches!(app.status().phase, Phase::Ready { .. })
+    });
     until_drawn(&mut window);
     assert!(window.query_by_label("Use this framing").is_none());
     corner(

@@ -104,8 +104,6 @@ fn from_movies_to_a_relit_picture() {
     hand.click("Make project");
     hand.wait("Calibrate");
     hand.click("Calibrate");
-    hand.wait("Train for 10 minutes");
-    hand.click("Train for 10 minutes");
     hand.click("Workspace Relight");
     until(&mut hand.window, "first relit picture", |app| {
         app.relit().is_some()

@@ -23,6 +23,7 @@ use reflectance::Predictor;
 use rivals::Effort;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use transfer::{OlatPredictor, Transfer};
 
 /// Longest side of a picture in the page.
 const SIDE_PX: usize = 512;
@@ -53,15 +54,28 @@ pub(super) struct Clips {
 /// Who makes a method's pictures.
 enum Maker {
     Network(Box<Predictor>),
+    Prediction(Box<OlatPredictor>),
+    Transfer(Box<Transfer>),
     Nearest(Nearest),
     Learnt(Box<Learnt>),
 }
 
 impl Maker {
+    /// The project's network, if the method uses it.
+    fn network(&self) -> Option<&Predictor> {
+        match self {
+            Self::Network(predictor) => Some(predictor),
+            Self::Prediction(predictor) => predictor.network(),
+            Self::Transfer(_) | Self::Nearest(_) | Self::Learnt(_) => None,
+        }
+    }
+
     /// A frame under each of `lamps`.
     fn lit(&self, frame: &Frame, lamps: &[usize]) -> Result<Vec<Image>> {
         let field = match self {
             Self::Network(predictor) => predictor.predict(frame)?,
+            Self::Prediction(predictor) => predictor.predict(frame)?,
+            Self::Transfer(transfer) => transfer.carry(frame).field,
             Self::Nearest(nearest) => nearest.field(frame)?,
             Self::Learnt(learnt) => return learnt.relit(frame),
         };
@@ -101,17 +115,14 @@ pub(super) fn make(
             &compute,
             progress,
         )?;
-        match &maker {
-            Maker::Network(predictor) => {
-                let info = predictor.info();
-                minutes.insert(name(method), info.seconds / 60.0);
-                let known = |f: &usize| info.training_frames.contains(f);
-                seen = frames.clone().filter(known).count();
-            }
-            Maker::Learnt(learnt) => {
-                minutes.insert(name(method), learnt.spent().seconds / 60.0);
-            }
-            Maker::Nearest(_) => {}
+        if let Some(network) = maker.network() {
+            let info = network.info();
+            minutes.insert(name(method), info.seconds / 60.0);
+            let known = |f: &usize| info.training_frames.contains(f);
+            seen = frames.clone().filter(known).count();
+        }
+        if let Maker::Learnt(learnt) = &maker {
+            minutes.insert(name(method), learnt.spent().seconds / 60.0);
         }
         let mut pictures: Vec<Vec<Vec<u8>>> = vec![Vec::new(); lamps.len()];
         for index in frames.clone() {
@@ -159,6 +170,14 @@ fn maker(
             project,
             &compute.device,
         )?))),
+        Method::Prediction => {
+            let opened = OlatPredictor::open(project, calibration, &compute.device)?;
+            Ok(Maker::Prediction(Box::new(opened)))
+        }
+        Method::Transfer => {
+            let opened = Transfer::open(project, calibration)?;
+            Ok(Maker::Transfer(Box::new(opened)))
+        }
         Method::Texler | Method::Sun => {
             let all = single_lamps(calibration.rig.lamps.len());
             // In the order of their names, which is that of `lamps`.

@@ -17,19 +17,22 @@ impl Fingerprint {
     /// The fingerprint of a project as it is now.
     ///
     /// # Errors
-    /// When it has no network or no calibration.
+    /// When it has no calibration.
     pub fn of(project: &Project) -> Result<Self> {
         let read = |path: std::path::PathBuf, remedy: (&str, &str)| {
             let text = files::read_text(&path, files::MOST_TEXT);
             text.map_err(|e| Error::io("open", path, e, remedy))
         };
         let mark = |text: &str| mark(text.as_bytes());
+        let table = project.checkpoint_path().join("checkpoint.toml");
         Ok(Self {
-            // The table changes with every checkpoint, since it counts seconds.
-            network: mark(&read(
-                project.checkpoint_path().join("checkpoint.toml"),
-                ("Train this project first", "afterlight train PROJECT"),
-            )?),
+            // The table changes with every checkpoint, since it counts seconds. Empty before any training.
+            network: if table.exists() {
+                let remedy = ("Train this project first", "afterlight train PROJECT");
+                mark(&read(table, remedy)?)
+            } else {
+                String::new()
+            },
             calibration: mark(&read(
                 project.calibration_path(),
                 (
@@ -84,7 +87,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut project = project::Project::without_shoot(folder.path());
         let missing = Fingerprint::of(&project).unwrap_err().for_terminal();
-        assert!(missing.contains("afterlight train"), "{missing}");
+        assert!(missing.contains("afterlight calibrate"), "{missing}");
         project.save().unwrap();
         std::fs::create_dir(project.checkpoint_path()).unwrap();
         let table = project.checkpoint_path().join("checkpoint.toml");

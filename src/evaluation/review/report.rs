@@ -91,26 +91,28 @@ fn sheet_case(review: &Review) -> usize {
 
 /// Facts about network and calibration.
 fn facts(reviewer: &Reviewer) -> Vec<(&'static str, String)> {
-    let info = reviewer.predictor.info();
+    let info = reviewer.predictor.network().map(|network| network.info());
     let calibration = &reviewer.calibration;
     let size = reviewer.project.settings.size;
+    let network = info.map_or("not trained yet".to_owned(), |info| {
+        let network = &info.network;
+        let (lamps, width, most) = (network.lamps, network.width, network.most_channels);
+        format!("{lamps} lamps at {size} × {size} pixels, {width} to {most} channels")
+    });
+    let training = info.map_or("none".to_owned(), |info| {
+        let (minutes, frames) = (info.seconds / 60.0, info.training_frames.len());
+        format!(
+            "{} steps in {minutes:.1} minutes, {frames} interview frames",
+            info.step
+        )
+    });
     let mut facts = vec![
         (
-            "Network",
-            format!(
-                "{} lamps at {size} × {size} pixels, {} to {} channels",
-                info.network.lamps, info.network.width, info.network.most_channels
-            ),
+            "OLATs",
+            "exemplars carried over; poses from the other poses alone".to_owned(),
         ),
-        (
-            "Training",
-            format!(
-                "{} steps in {:.1} minutes, {} interview frames",
-                info.step,
-                info.seconds / 60.0,
-                info.training_frames.len()
-            ),
-        ),
+        ("Network", network),
+        ("Training", training),
         ("Camera response", calibration.response.to_string()),
         (
             "Exposure of the interview",
@@ -125,7 +127,7 @@ fn facts(reviewer: &Reviewer) -> Vec<(&'static str, String)> {
             calibration.clipped_pixels.to_string(),
         ),
     ];
-    if let Some(held_out) = &info.held_out {
+    if let Some(held_out) = info.and_then(|info| info.held_out.as_ref()) {
         let pose = &reviewer.project.settings.shoot.poses;
         let name = pose.get(held_out.pose).map_or("a pose", String::as_str);
         facts.push(("Held-out pose", name.to_owned()));

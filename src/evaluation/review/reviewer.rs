@@ -1,4 +1,4 @@
-//! Measures a network: every case beside its truth, under every lamp.
+//! Measures the prediction: every case beside its truth, under every lamp.
 
 use super::super::flicker::{self, ClipFlicker};
 use super::super::metrics::{check, encoded, mean_inside, scale};
@@ -12,36 +12,38 @@ use footage::{Exemplar, Frame};
 use gpu::{ComputeDevice, DeviceChoice};
 use project::Project;
 use rayon::prelude::*;
-use reflectance::{Predictor, ReflectanceField, checkpoint::CheckpointInfo};
+use reflectance::{ReflectanceField, checkpoint::CheckpointInfo};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use transfer::OlatPredictor;
 
 /// What is kept when a person stops it.
 const KEPT: &str = "the figures measured before are kept";
 
-/// A network, and everything that it is measured on.
+/// The prediction, and everything that it is measured on.
 pub(super) struct Reviewer<'a> {
     pub project: &'a Project,
     pub calibration: Calibration,
-    pub predictor: Predictor,
+    pub predictor: OlatPredictor,
     truth: Option<Truth>,
 }
 
 impl<'a> Reviewer<'a> {
-    /// Opens the project's network, and the truth if one is given.
+    /// Opens the project's exemplars and network, and the truth if one is given.
     pub fn open(project: &'a Project, truth: Option<&Path>, device: DeviceChoice) -> Result<Self> {
         let compute = ComputeDevice::choose(device);
+        let calibration = Calibration::load(project)?;
         Ok(Self {
             project,
-            calibration: Calibration::load(project)?,
-            predictor: Predictor::open(project, &compute.device)?,
+            predictor: OlatPredictor::open(project, &calibration, &compute.device)?,
+            calibration,
             truth: truth
                 .map(|folder| Truth::open(project, folder))
                 .transpose()?,
         })
     }
 
-    /// What the network can be measured on: frames with true OLATs, then all poses.
+    /// All that the prediction can be measured on: frames with true OLATs, then all poses.
     fn cases(&self) -> Vec<Case> {
         let frames = self.truth.iter().flat_map(|truth| {
             let known = truth.frames.iter().copied().filter(|&f| truth.has_olats(f));
@@ -51,7 +53,7 @@ impl<'a> Reviewer<'a> {
         frames.chain(poses.map(Case::Pose)).collect()
     }
 
-    /// Predicts a case, and reads its truth.
+    /// Predicts a case, and reads its truth. A pose is carried over from the others alone.
     pub fn predict(&self, case: Case) -> Result<CasePictures> {
         let response = &self.calibration.response;
         let (frame, truths) = match (case, &self.truth) {
@@ -76,7 +78,10 @@ impl<'a> Reviewer<'a> {
                 (frame, exemplar.olats)
             }
         };
-        let field: ReflectanceField = self.predictor.predict(&frame)?;
+        let field: ReflectanceField = match case {
+            Case::Frame(_) => self.predictor.predict(&frame)?,
+            Case::Pose(pose) => self.predictor.predict_without(&frame, pose)?,
+        };
         let pictures = CasePictures {
             predicted: (0..field.lamps).map(|lamp| field.olat(lamp)).collect(),
             truths,
@@ -127,7 +132,7 @@ impl<'a> Reviewer<'a> {
             ));
         }
         let shoot = &self.project.settings.shoot;
-        let info = self.predictor.info();
+        let info = self.predictor.network().map(|network| network.info());
         let name = |case: Case| match case {
             Case::Frame(frame) => shoot.frames.name(frame).into_owned(),
             Case::Pose(pose) => shoot.poses[pose].clone(),
@@ -155,7 +160,7 @@ impl<'a> Reviewer<'a> {
             measured.push(CaseScores {
                 case,
                 name: name(case),
-                seen: was_seen(info, case),
+                seen: info.is_some_and(|info| was_seen(info, case)),
                 scale,
                 cells: cells(&self.predict(case)?, scale, progress)?,
             });
@@ -165,8 +170,8 @@ impl<'a> Reviewer<'a> {
             format: FORMAT,
             basis,
             truth,
-            training_steps: info.step,
-            training_seconds: info.seconds,
+            training_steps: info.map_or(0, |info| info.step),
+            training_seconds: info.map_or(0.0, |info| info.seconds),
             flicker: flicker::if_possible(self.flicker(progress), progress)?,
             lamps: shoot.lamps.clone(),
             cases: measured,

@@ -17,9 +17,9 @@ use footage::{Frame, picture_size};
 use gpu::ComputeDevice;
 use light::{Rig, conventions};
 use project::Project;
-use reflectance::Predictor;
 use scene::{Background, Effects, Output, Scene};
 use std::time::Instant;
+use transfer::OlatPredictor;
 
 /// A frame that is relit.
 pub(super) struct Plan {
@@ -42,7 +42,7 @@ pub(super) struct Clip<'a> {
     look: Look<'a>,
     pub calibration: Calibration,
     pub compute: ComputeDevice,
-    predictor: Predictor,
+    predictor: OlatPredictor,
     encoder: FieldEncoder,
     /// At the level of the first frame, or the clip would flicker.
     light: Option<EnvironmentLight>,
@@ -66,8 +66,11 @@ impl<'a> Clip<'a> {
         let solo = lamps_named(&calibration.rig, &settings.solo)?;
         let look = Look::open(project, settings, progress)?;
         let compute = ComputeDevice::choose(settings.device);
-        progress.say(format!("The network runs on the {}", compute.description));
-        let predictor = Predictor::open(project, &compute.device)?;
+        let predictor = OlatPredictor::open(project, &calibration, &compute.device)?;
+        progress.say(predictor.sentence());
+        if predictor.network().is_some() {
+            progress.say(format!("The network runs on the {}", compute.description));
+        }
         let interview = Interview::of(project)?;
         let size = picture_size(project, settings.files.at)?;
         let writer = Writer::open(
@@ -253,3 +256,7 @@ fn add_times(sums: &mut Vec<PassReport>, picture: &Picture) {
         pass.ms = pass.ms.zip(earlier).map(|(ms, earlier)| ms + earlier);
     }
 }
+
+#[cfg(test)]
+#[path = "clip_tests.rs"]
+mod tests;

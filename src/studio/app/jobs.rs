@@ -101,7 +101,6 @@ impl StudioApp {
                 self.open_dialog(Dialog::ShootLocation);
                 Ok(())
             }
-            JobCommand::Provide(Need::Network) => self.train(false),
             JobCommand::Provide(Need::Calibration) => self.calibrate(CalibrateSettings::default()),
             JobCommand::Pause => self.pause_job(),
             JobCommand::Stop => self.stop_job(),

@@ -5,14 +5,12 @@ use crate::panel_context::PanelContext;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use egui::{RichText, Ui};
-use training::Preset;
 use worker::{Blocked, Need};
 
 /// What has to be said beside the button; nothing where the button says it all.
 pub fn why(blocked: &Blocked) -> Option<&str> {
     let sentence = blocked.sentence.as_str();
     match blocked.need {
-        Some(Need::Network) => None,
         Some(Need::Calibration) if sentence.starts_with("Not calibrated yet") => None,
         _ => Some(sentence),
     }
@@ -33,12 +31,6 @@ pub fn provide_ui(ui: &mut Ui, need: Option<Need>, out: &mut Vec<Command>) {
         Some(Need::Calibration) => {
             let calibrate = Command::Job(JobCommand::Provide(Need::Calibration));
             main_ui(ui, "Calibrate", calibrate, out);
-        }
-        Some(Need::Network) => {
-            let minutes = Preset::Quick.config().minutes;
-            let time = minutes.map_or(String::new(), |m| format!(" for {m} minutes"));
-            let train = Command::Job(JobCommand::Provide(Need::Network));
-            main_ui(ui, &format!("Train{time}"), train, out);
         }
         None => button_ui(
             ui,

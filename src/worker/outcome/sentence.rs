@@ -129,6 +129,8 @@ pub(super) fn developed(report: &DevelopReport) -> String {
 pub(super) fn evaluated(report: &EvaluateReport) -> String {
     let scores = &report.scores;
     let method = match scores.method {
+        Method::Prediction => "The prediction",
+        Method::Transfer => "The exemplars carried over",
         Method::Network => "The network",
         Method::TruthOlats => "The true OLATs",
         Method::Nearest => "The nearest pose",

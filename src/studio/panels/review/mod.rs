@@ -113,7 +113,7 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
 /// Why there are no figures, and the button that makes them.
 fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut Vec<Command>) {
     if let Phase::Blocked(blocked) = &context.status.phase {
-        ui.label("No trained network to measure yet.");
+        ui.label("Nothing to measure yet.");
         if let Some(why) = missing::why(blocked) {
             quiet_ui(ui, why);
         }

@@ -43,7 +43,7 @@ impl LampSheetPanel {
                 return self.sheet_ui(ui, context, sheet, relit, out);
             }
             _ if !context.is_live() => {
-                let sentence = "A trained network is needed to show the frame under every lamp.";
+                let sentence = "A calibration is needed to show the frame under every lamp.";
                 return no_picture_ui(ui, context, sentence, out);
             }
             _ => "Predicting the frame under every lamp.",

@@ -2,7 +2,6 @@
 
 use crate::command::Command;
 use crate::environment_library::PanoramaState;
-use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::panels::{job_ui, missing, refusal_ui};
 use crate::status::Phase;
@@ -11,7 +10,7 @@ use egui::Ui;
 use worker::{Blocked, Need};
 
 /// Said beside the pane of a training.
-const LATER: &str = "The picture appears with the first checkpoint";
+const LATER: &str = "The picture appears when the job ends";
 
 /// What is shown in place of the picture.
 pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
@@ -43,13 +42,7 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             heading_ui(ui, "No project is open");
             missing::open_project_ui(ui, out);
         }
-        Phase::Opening => heading_ui(ui, "Reading the calibration and the network"),
-        // Its pane says so, and has the button.
-        Phase::Blocked(blocked)
-            if blocked.need == Some(Need::Network) && context.shown.contains(&Pane::Training) =>
-        {
-            heading_ui(ui, LATER);
-        }
+        Phase::Opening => heading_ui(ui, "Reading the calibration and the exemplars"),
         Phase::Blocked(blocked) => blocked_ui(ui, blocked, out),
         Phase::Ready { .. } if status.failure.is_some() => {
             heading_ui(ui, "This picture cannot be made");
@@ -65,7 +58,6 @@ fn blocked_ui(ui: &mut Ui, blocked: &Blocked, out: &mut Vec<Command>) {
         match blocked.need {
             Some(Need::Shoot) => "The shoot is missing",
             Some(Need::Calibration) => "Not calibrated yet",
-            Some(Need::Network) => "Not trained yet",
             None => "Cannot be relit",
         },
     );

@@ -1,0 +1,97 @@
+//! Pictures of local contrast, in which poses are matched.
+
+use crate::blur::blur;
+use imaging::{Mask, Raster};
+
+/// Codes of one local deviation, and of the local mean.
+const DEVIATION: f32 = 50.0;
+const MEAN: f32 = 128.0;
+/// Light below this share of the subject's bright level counts as black.
+const BLACK: f32 = 1.4e-3;
+
+/// Texture that light and shade change little, in codes of 0 to 255: the logarithm of `light`, less its local mean, over its
+/// local deviation, both in a Gaussian window of `radius` pixels inside the matte. 128 outside. `bright` is the subject's
+/// bright level.
+pub fn local_contrast(light: &Raster<f32>, inside: &Mask, bright: f32, radius: f32) -> Raster<f32> {
+    let black = (BLACK * bright).max(f32::MIN_POSITIVE);
+    let log = light.map(|v| v.max(black).ln());
+    let share = blur(inside, radius).map(|v| v + 1e-3);
+    let mean = over(&blur(&times(&log, inside), radius), &share);
+    let rest = times(
+        &Raster {
+            pixels: log
+                .pixels
+                .iter()
+                .zip(&mean.pixels)
+                .map(|(l, m)| l - m)
+                .collect(),
+            ..log
+        },
+        inside,
+    );
+    let variance = over(&blur(&times(&rest, &rest), radius), &share);
+    let code = |(rest, variance): (&f32, &f32)| {
+        (MEAN + DEVIATION * rest / (variance + 1e-3).sqrt()).clamp(0.0, 255.0)
+    };
+    Raster {
+        pixels: rest.pixels.iter().zip(&variance.pixels).map(code).collect(),
+        ..rest
+    }
+}
+
+fn times(a: &Raster<f32>, b: &Raster<f32>) -> Raster<f32> {
+    Raster {
+        width: a.width,
+        height: a.height,
+        pixels: a.pixels.iter().zip(&b.pixels).map(|(a, b)| a * b).collect(),
+    }
+}
+
+fn over(a: &Raster<f32>, b: &Raster<f32>) -> Raster<f32> {
+    Raster {
+        width: a.width,
+        height: a.height,
+        pixels: a.pixels.iter().zip(&b.pixels).map(|(a, b)| a / b).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_and_shade_hardly_change_texture() {
+        let size = 64;
+        let texture = Raster::from_fn(size, size, |x, y| {
+            0.4 + 0.2 * ((x as f32).sin() * (y as f32 * 0.7).cos())
+        });
+        let shaded = Raster::from_fn(size, size, |x, y| {
+            texture.at(x, y) * (0.02 + x as f32 / size as f32)
+        });
+        let inside = Raster::filled(size, size, 1.0);
+        let [a, b] = [texture, shaded].map(|light| local_contrast(&light, &inside, 0.6, 6.0));
+        for y in 8..56 {
+            for x in 16..56 {
+                assert!(
+                    (a.at(x, y) - b.at(x, y)).abs() < 12.0,
+                    "{x} {y}: {} {}",
+                    a.at(x, y),
+                    b.at(x, y)
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn black_and_empty_pictures_are_flat() {
+        for (light, matte) in [(0.0, 1.0), (0.5, 0.0), (0.0, 0.0)] {
+            let picture = local_contrast(
+                &Raster::filled(9, 5, light),
+                &Raster::filled(9, 5, matte),
+                0.0,
+                3.0,
+            );
+            assert!(picture.pixels.iter().all(|v| (v - 128.0).abs() < 1e-2));
+        }
+    }
+}

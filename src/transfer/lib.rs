@@ -1,0 +1,14 @@
+//! Reflectance transfer: OLATs of a frame, carried over from the exemplars without training. `docs/method.md` has the formulas
+//! and their sources.
+
+mod blur;
+mod contrast;
+pub mod flow;
+mod lamps;
+mod predictor;
+mod shape;
+mod transfer;
+mod turn;
+
+pub use predictor::OlatPredictor;
+pub use transfer::{Carried, PlatePose, Transfer};

@@ -1,0 +1,110 @@
+//! OLATs of the interview's frames: the exemplars carried over, corrected by the project's network where there is one.
+
+use crate::transfer::Transfer;
+use base::error::Result;
+use calibration::Calibration;
+use footage::Frame;
+use project::Project;
+use reflectance::{Device, DeviceField, Predictor, ReflectanceField};
+use std::sync::Arc;
+
+/// Share of the network in the mean of network and transfer. Their errors are unlike, so that the mean is better than either
+/// where both are equally good; docs/method.md has the figures.
+const NETWORK_SHARE: f32 = 0.4;
+
+/// The prediction that is shown, exported and judged.
+pub struct OlatPredictor {
+    transfer: Arc<Transfer>,
+    network: Option<Predictor>,
+    device: Device,
+}
+
+impl OlatPredictor {
+    /// Reads the exemplars, and the network if one is trained.
+    ///
+    /// # Errors
+    /// When a picture cannot be read, or the project's network does not fit it.
+    pub fn open(project: &Project, calibration: &Calibration, device: &Device) -> Result<Self> {
+        let transfer = Arc::new(Transfer::open(project, calibration)?);
+        Self::with_transfer(transfer, project, device)
+    }
+
+    /// Reads the network beside exemplars that are read already.
+    ///
+    /// # Errors
+    /// When the project's network does not fit it.
+    pub fn with_transfer(
+        transfer: Arc<Transfer>,
+        project: &Project,
+        device: &Device,
+    ) -> Result<Self> {
+        let trained = project.checkpoint_path().exists();
+        let network = trained
+            .then(|| Predictor::open(project, device))
+            .transpose()?;
+        Ok(Self {
+            transfer,
+            network,
+            device: device.clone(),
+        })
+    }
+
+    /// The project's network; None before any training.
+    pub fn network(&self) -> Option<&Predictor> {
+        self.network.as_ref()
+    }
+
+    /// The exemplars.
+    pub fn transfer(&self) -> &Transfer {
+        &self.transfer
+    }
+
+    /// A sentence on the source of the OLATs.
+    pub fn sentence(&self) -> &'static str {
+        match self.network {
+            Some(_) => "OLATs: exemplars carried over, corrected by the trained network",
+            None => "OLATs: exemplars carried over. No network is trained yet",
+        }
+    }
+
+    /// Predicts the OLATs of a frame, zero outside its matte, and leaves them on the network's device. Under the interview's
+    /// light they sum to the frame.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn predict_on_device(&self, frame: &Frame) -> Result<DeviceField> {
+        self.corrected(self.transfer.carry(frame).field, frame)
+    }
+
+    /// Predicts the OLATs of a pose of the project from the other poses: no pose explains itself.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn predict_without(&self, frame: &Frame, pose: usize) -> Result<ReflectanceField> {
+        self.corrected(self.transfer.without(pose).carry(frame).field, frame)?
+            .read()
+    }
+
+    fn corrected(&self, carried: ReflectanceField, frame: &Frame) -> Result<DeviceField> {
+        match &self.network {
+            None => DeviceField::upload(&carried, &self.device),
+            Some(network) => {
+                let field = network.predict_on_device(frame)?;
+                field
+                    .mixed(&carried, NETWORK_SHARE)?
+                    .summing_to(&frame.plate, self.transfer.weights())
+            }
+        }
+    }
+
+    /// Predicts the OLATs of a frame into memory.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn predict(&self, frame: &Frame) -> Result<ReflectanceField> {
+        match self.network {
+            None => Ok(self.transfer.carry(frame).field),
+            Some(_) => self.predict_on_device(frame)?.read(),
+        }
+    }
+}

@@ -1,0 +1,631 @@
+//! The exemplars, ready to be carried over to frames.
+
+use crate::blur::blur;
+use crate::contrast::local_contrast;
+use crate::flow::{FlowSettings, flow};
+use crate::lamps::{Lamps, falloff, shading};
+use crate::shape::{depth, inside, normals, quantile};
+use crate::turn::{SeenPoint, head_turn, turn_degrees};
+use base::error::{Error, Result};
+use calibration::Calibration;
+use footage::{Exemplar, Frame};
+use glam::{Mat3, Vec3};
+use imaging::color::luminance;
+use imaging::resample::resize;
+use imaging::{Image, Mask, Raster};
+use light::Rig;
+use project::Project;
+use rayon::prelude::*;
+use reflectance::ReflectanceField;
+use std::sync::Arc;
+
+/// Windows of the local contrast of plates, of pictures under one light, and of the likeness, as shares of the picture's side.
+const CONTRAST: f32 = 20.0 / 160.0;
+const SAME_LIGHT: f32 = 40.0 / 160.0;
+const LIKENESS_BLUR: f32 = 4.0 / 160.0;
+/// Width of the likeness, as a natural logarithm of light.
+const LIKENESS: f32 = 0.08;
+/// Width in degrees of the blend between poses.
+const POSE: f32 = 12.0;
+/// Least likeness, coverage and weight of a pose: they keep a blend defined where no exemplar is like the frame.
+const LEAST_LIKENESS: f32 = 1e-4;
+const LEAST_COVERAGE: f32 = 0.01;
+const LEAST_POSE: f32 = 1e-9;
+/// Light below this share of the subject's bright level says nothing.
+const DARK: f32 = 2e-3 / 0.7;
+/// Quantile of the subject's light that counts as its bright level.
+const BRIGHT: f32 = 0.95;
+/// Pictures are matched at twice the working size, but at no more than this many pixels a side.
+const MOST_SIDE: usize = 384;
+
+/// A pose under the interview's light beside its OLATs.
+#[derive(Clone, Debug)]
+pub struct PlatePose {
+    pub exemplar: Exemplar,
+    /// The pose under the interview's light, linear, exposure included.
+    pub plate: Image,
+}
+
+/// A pose, ready to be matched and carried over.
+#[derive(Clone, Debug)]
+struct Pose {
+    /// Number of the pose in the project.
+    number: usize,
+    /// Local contrast of the plate, at the size at which pictures are matched.
+    contrast: Raster<f32>,
+    mask: Mask,
+    /// Heights towards the camera in pixels.
+    depth: Raster<f32>,
+    normals: Vec<Vec3>,
+    /// Roots of the OLATs over their lamps' energy and shading: `bare[(pixel · 3 + channel) · lamps + lamp]`.
+    bare: Vec<f32>,
+}
+
+/// All exemplars of a project, which predict the OLATs of its frames without training: reflectance transfer after Peers,
+/// Tamura, Matusik and Debevec 2007. Each exemplar is matched with the frame densely, and its lamps turn with the head. Shading
+/// is divided out before neighbouring lamps are blended. Exemplars are blended by the angle of their nearest lamp, by pose, and
+/// pixel by pixel by how well their prediction explains the frame. The blend sums to the frame under the interview's light.
+#[derive(Clone, Debug)]
+pub struct Transfer {
+    poses: Vec<Arc<Pose>>,
+    lamps: Lamps,
+    /// The interview's light as a sum of the lamps, exposure included.
+    weights: Vec<[f32; 3]>,
+}
+
+/// A frame's OLATs, carried over.
+#[derive(Clone, Debug)]
+pub struct Carried {
+    /// Linear OLATs, 0 outside the matte.
+    pub field: ReflectanceField,
+    /// Trust in each pixel, in `[0, 1]`: how well the best exemplar explains the frame under the interview's light.
+    pub trust: Mask,
+}
+
+impl Transfer {
+    /// Reads the project's exemplars.
+    ///
+    /// # Errors
+    /// When a picture cannot be read, or the shoot has no pose.
+    pub fn open(project: &Project, calibration: &Calibration) -> Result<Self> {
+        let light = calibration.interview_light();
+        let poses = Exemplar::load_all(project, &calibration.response)?
+            .into_iter()
+            .map(|exemplar| {
+                let plate = exemplar.relit_by_all(project, &calibration.response, &light)?;
+                Ok(PlatePose { exemplar, plate })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        if poses.is_empty() {
+            return Err(Error::missing(
+                "the shoot has no pose of the OLAT session",
+                "Import the shoot again",
+            ));
+        }
+        Ok(Self::new(
+            &poses,
+            &calibration.rig,
+            calibration.learnt_light(),
+        ))
+    }
+
+    /// Prepares poses whose OLATs are those of `rig`. `weights`: the interview's light as a sum of these lamps, exposure
+    /// included.
+    pub fn new(poses: &[PlatePose], rig: &Rig, weights: Vec<[f32; 3]>) -> Self {
+        let lamps = Lamps::new(rig);
+        let poses = poses
+            .par_iter()
+            .map(|pose| Arc::new(Pose::new(pose, &lamps)))
+            .collect();
+        Self {
+            poses,
+            lamps,
+            weights,
+        }
+    }
+
+    /// The same without one pose, by its number in the project.
+    #[must_use]
+    pub fn without(&self, pose: usize) -> Self {
+        let mut rest = self.clone();
+        rest.poses.retain(|other| other.number != pose);
+        rest
+    }
+
+    /// The interview's light as a sum of the lamps, exposure included.
+    pub fn weights(&self) -> &[[f32; 3]] {
+        &self.weights
+    }
+
+    /// Carries the exemplars over to a frame of their size. Without exemplars all OLATs are black.
+    pub fn carry(&self, frame: &Frame) -> Carried {
+        let target = Target::new(frame, self);
+        let said: Vec<Said> = self
+            .poses
+            .par_iter()
+            .map(|pose| target.asked(pose))
+            .collect();
+        target.blended(&said)
+    }
+}
+
+/// A frame that exemplars are carried over to.
+struct Target<'a> {
+    frame: &'a Frame,
+    transfer: &'a Transfer,
+    inside: Raster<bool>,
+    /// 1 inside, else 0.
+    matte: Mask,
+    /// Numbers of the pixels that the matte covers at all.
+    pixels: Vec<usize>,
+    /// Luminance of the plate.
+    plate: Raster<f32>,
+    /// Its local contrast, to be matched with plates of poses, and with predictions.
+    contrast: Raster<f32>,
+    same_light: Raster<f32>,
+    /// Light that says nothing.
+    dark: f32,
+}
+
+/// An exemplar's prediction of the frame.
+struct Said {
+    /// Roots of the OLATs, exact under the interview's light: `roots[(i · 3 + channel) · lamps + lamp]` of the pixel
+    /// `Target::pixels[i]`.
+    roots: Vec<f32>,
+    /// Angle in degrees between each lamp of the frame and the nearest of the exemplar.
+    nearest: Vec<f32>,
+    /// Likeness of the prediction under the interview's light, coverage included.
+    like: Mask,
+    /// Weight of the pose by its turn.
+    pose: f32,
+}
+
+/// A pose matched with a frame.
+struct Match {
+    /// Offsets in pixels: pixel (x, y) of the frame lies at (x + dx, y + dy) in the pose.
+    offsets: Vec<[f32; 2]>,
+    size: (usize, usize),
+    /// Rotation of the head from the pose to the frame.
+    turn: Mat3,
+}
+
+impl<'a> Target<'a> {
+    fn new(frame: &'a Frame, transfer: &'a Transfer) -> Self {
+        let plate = frame.plate.map(luminance);
+        let bright = bright_level(&plate, &frame.mask);
+        let inside = inside(&frame.mask);
+        let matte = inside.map(|inside| f32::from(u8::from(inside)));
+        Self {
+            contrast: matched_contrast(&plate, &matte, CONTRAST),
+            same_light: matched_contrast(&plate, &matte, SAME_LIGHT),
+            pixels: (0..plate.pixels.len())
+                .filter(|&p| frame.mask.pixels[p] > 0.0)
+                .collect(),
+            dark: (DARK * bright).max(f32::MIN_POSITIVE),
+            matte,
+            frame,
+            transfer,
+            inside,
+            plate,
+        }
+    }
+
+    /// The prediction of one exemplar. It is matched twice: under the interview's light, and by its first prediction, which has
+    /// the light of the frame itself.
+    fn asked(&self, pose: &Pose) -> Said {
+        let first = self.matched(pose, self.offsets(&self.contrast, &pose.contrast));
+        let coverage = first.pulled(&pose.mask);
+        let (_, lit) = self.predicted(pose, &first);
+        let relit = self.spread(&lit).map(luminance);
+        let covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));
+        let more = self.offsets(
+            &self.same_light,
+            &matched_contrast(&relit, &covered, SAME_LIGHT),
+        );
+        let found = self.matched(pose, first.followed(more));
+        let (mut roots, lit) = self.predicted(pose, &found);
+        let lamps = self.transfer.lamps.len();
+        for ((roots, lit), &p) in roots
+            .chunks_exact_mut((3 * lamps).max(1))
+            .zip(&lit)
+            .zip(&self.pixels)
+        {
+            for (c, roots) in roots.chunks_exact_mut(lamps).enumerate() {
+                let scale = (self.frame.plate.pixels[p][c].max(0.0) / lit[c].max(self.dark)).sqrt();
+                roots.iter_mut().for_each(|root| *root *= scale);
+            }
+        }
+        let like = self.likeness(&self.spread(&lit).map(luminance), &found.pulled(&pose.mask));
+        let blends = self.transfer.lamps.blends(&found.turn);
+        Said {
+            roots,
+            nearest: blends.iter().map(|blend| blend.nearest).collect(),
+            like,
+            pose: (-0.5 * (turn_degrees(&found.turn) / POSE).powi(2)).exp() + LEAST_POSE,
+        }
+    }
+
+    /// Offsets between two pictures of local contrast, at the working size.
+    fn offsets(&self, from: &Raster<f32>, to: &Raster<f32>) -> Vec<[f32; 2]> {
+        let (width, height) = self.plate.size();
+        let (w, h) = from.size();
+        let large = flow(from, to, None, &FlowSettings::default());
+        let scale = [width as f32 / w as f32, height as f32 / h as f32];
+        let axis = |c: usize| {
+            let plane = Raster {
+                width: w,
+                height: h,
+                pixels: large.iter().map(|o| o[c] * scale[c]).collect(),
+            };
+            blur(&resize(&plane, width, height), 1.0)
+        };
+        axis(0)
+            .pixels
+            .into_iter()
+            .zip(axis(1).pixels)
+            .map(|(x, y)| [x, y])
+            .collect()
+    }
+
+    /// A match with its turn of the head.
+    fn matched(&self, pose: &Pose, offsets: Vec<[f32; 2]>) -> Match {
+        let (width, height) = self.plate.size();
+        let mut found = Match {
+            offsets,
+            size: (width, height),
+            turn: Mat3::IDENTITY,
+        };
+        let coverage = found.pulled(&pose.mask);
+        let depth = found.pulled(&pose.depth);
+        let middle = [width as f32 / 2.0, height as f32 / 2.0];
+        let points: Vec<SeenPoint> = (0..width * height)
+            .filter(|&p| self.inside.pixels[p] && coverage.pixels[p] > 0.95)
+            .map(|p| {
+                let (x, y) = ((p % width) as f32, (p / width) as f32);
+                let [dx, dy] = found.offsets[p];
+                SeenPoint {
+                    place: Vec3::new(x + dx - middle[0], middle[1] - y - dy, depth.pixels[p]),
+                    seen: [x - middle[0], middle[1] - y],
+                }
+            })
+            .collect();
+        found.turn = head_turn(&points);
+        found
+    }
+
+    /// Roots of the OLATs that the pose alone predicts, as [`Said::roots`], and their sums under the interview's light.
+    fn predicted(&self, pose: &Pose, found: &Match) -> (Vec<f32>, Vec<[f32; 3]>) {
+        let lamps = &self.transfer.lamps;
+        let (count, blends) = (lamps.len(), lamps.blends(&found.turn));
+        let energies: [Vec<f32>; 3] =
+            std::array::from_fn(|c| lamps.energies.iter().map(|energy| energy[c]).collect());
+        let mut roots = vec![0.0; self.pixels.len() * 3 * count];
+        let width = found.size.0;
+        let predict = |(roots, &p): (&mut [f32], &usize)| {
+            let places = found.place((p % width, p / width));
+            let normal: Vec3 = places.iter().map(|&(q, w)| pose.normals[q] * w).sum();
+            let wanted: Vec<f32> = blends
+                .iter()
+                .map(|blend| shading(normal, blend.direction))
+                .collect();
+            let mut pulled = vec![0.0; 3 * count];
+            pull(&pose.bare, places, &mut pulled);
+            std::array::from_fn(|c| {
+                let (pulled, roots) = (
+                    &pulled[c * count..][..count],
+                    &mut roots[c * count..][..count],
+                );
+                let mut lit = 0.0;
+                for (l, (root, blend)) in roots.iter_mut().zip(&blends).enumerate() {
+                    let bare: f32 = blend
+                        .weights
+                        .iter()
+                        .map(|&(m, weight)| weight * pulled[m])
+                        .sum();
+                    let scale = wanted[l] * energies[c][l];
+                    lit += self.transfer.weights[l][c] * scale * bare * bare;
+                    *root = scale.sqrt() * bare;
+                }
+                lit
+            })
+        };
+        let lit = roots
+            .par_chunks_exact_mut((3 * count).max(1))
+            .zip(&self.pixels)
+            .map(predict)
+            .collect();
+        (roots, lit)
+    }
+
+    /// A picture of values of [`Self::pixels`]; black elsewhere.
+    fn spread(&self, values: &[[f32; 3]]) -> Image {
+        let (width, height) = self.plate.size();
+        let mut picture = Image::filled(width, height, [0.0; 3]);
+        for (&p, value) in self.pixels.iter().zip(values) {
+            picture.pixels[p] = *value;
+        }
+        picture
+    }
+
+    /// Likeness of a prediction under the interview's light: a Gaussian of the ratio's logarithm, less its median, in a small
+    /// window.
+    fn likeness(&self, lit: &Raster<f32>, coverage: &Mask) -> Mask {
+        let ratio = |(a, b): (&f32, &f32)| a.max(self.dark).ln() - b.max(self.dark).ln();
+        let ratio: Vec<f32> = self
+            .plate
+            .pixels
+            .iter()
+            .zip(&lit.pixels)
+            .map(ratio)
+            .collect();
+        let mut within: Vec<f32> = ratio
+            .iter()
+            .zip(&self.inside.pixels)
+            .filter(|(_, inside)| **inside)
+            .map(|(r, _)| *r)
+            .collect();
+        within.sort_unstable_by(f32::total_cmp);
+        let median = quantile(&within, 0.5);
+        let (width, height) = self.plate.size();
+        let squares = ratio
+            .iter()
+            .zip(&self.matte.pixels)
+            .map(|(r, inside)| ((r - median) * inside).powi(2))
+            .collect();
+        let radius = LIKENESS_BLUR * width.max(height) as f32;
+        let squares = blur(
+            &Raster {
+                width,
+                height,
+                pixels: squares,
+            },
+            radius,
+        );
+        let share = blur(&self.matte, radius);
+        let like = |((square, share), coverage): ((&f32, &f32), &f32)| {
+            let likeness =
+                (-0.5 * square / (share + 1e-3) / LIKENESS.powi(2)).exp() + LEAST_LIKENESS;
+            likeness * (LEAST_COVERAGE + coverage)
+        };
+        let pixels = squares
+            .pixels
+            .iter()
+            .zip(&share.pixels)
+            .zip(&coverage.pixels)
+            .map(like)
+            .collect();
+        Raster {
+            width,
+            height,
+            pixels,
+        }
+    }
+
+    /// The blend of all predictions, summing to the frame under the interview's light.
+    fn blended(&self, said: &[Said]) -> Carried {
+        let (width, height) = self.plate.size();
+        let (count, weights) = (self.transfer.lamps.len(), &self.transfer.weights);
+        let values = 3 * count;
+        let nearest: Vec<f32> = (0..count)
+            .map(|l| {
+                said.iter()
+                    .map(|one| one.nearest[l])
+                    .fold(f32::INFINITY, f32::min)
+            })
+            .collect();
+        let near: Vec<Vec<f32>> = (said.iter())
+            .map(|one| {
+                one.nearest
+                    .iter()
+                    .zip(&nearest)
+                    .map(|(angle, nearest)| one.pose * falloff(*angle, *nearest))
+                    .collect()
+            })
+            .collect();
+        let mut olats = vec![0.0; self.pixels.len() * values];
+        olats
+            .par_chunks_exact_mut(values.max(1))
+            .enumerate()
+            .for_each(|(i, out)| {
+                let p = self.pixels[i];
+                let mut below = vec![0.0; count];
+                for (one, near) in said.iter().zip(&near) {
+                    let like = one.like.pixels[p];
+                    for (below, near) in below.iter_mut().zip(near) {
+                        *below += like * near;
+                    }
+                    for (out, roots) in out
+                        .chunks_exact_mut(count)
+                        .zip(one.roots[i * values..][..values].chunks_exact(count))
+                    {
+                        for ((out, root), near) in out.iter_mut().zip(roots).zip(near) {
+                            *out += like * near * root;
+                        }
+                    }
+                }
+                for (c, out) in out.chunks_exact_mut(count).enumerate() {
+                    let mut sum = 0.0;
+                    for ((out, below), weight) in out.iter_mut().zip(&below).zip(weights) {
+                        *out = (*out / below.max(f32::MIN_POSITIVE)).powi(2);
+                        sum += weight[c] * *out;
+                    }
+                    let scale = self.frame.plate.pixels[p][c].max(0.0) / sum.max(self.dark);
+                    out.iter_mut().for_each(|out| *out *= scale);
+                }
+            });
+        let mut planes = vec![0.0; values * width * height];
+        planes
+            .par_chunks_exact_mut((width * height).max(1))
+            .enumerate()
+            .for_each(|(plane, out)| {
+                let at = plane % 3 * count + plane / 3;
+                for (i, &p) in self.pixels.iter().enumerate() {
+                    out[p] = olats[i * values + at];
+                }
+            });
+        let trust = |x, y| {
+            said.iter()
+                .map(|one| one.like.at(x, y))
+                .fold(0.0, f32::max)
+                .min(1.0)
+        };
+        Carried {
+            field: ReflectanceField {
+                width,
+                height,
+                lamps: count,
+                values: planes,
+            },
+            trust: Raster::from_fn(width, height, trust),
+        }
+    }
+}
+
+impl Match {
+    /// Place in the pose of a pixel of the frame: the four pixels around it, inside the picture, with their shares.
+    fn place(&self, (x, y): (usize, usize)) -> [(usize, f32); 4] {
+        let (width, height) = self.size;
+        let [dx, dy] = self.offsets[y * width + x];
+        let at = |v: usize, d: f32, length: usize| {
+            let v = (v as f32 + d).clamp(0.0, (length - 1) as f32);
+            let low = v.floor() as usize;
+            (low, (low + 1).min(length - 1), v - low as f32)
+        };
+        let (x0, x1, fx) = at(x, dx, width);
+        let (y0, y1, fy) = at(y, dy, height);
+        [
+            (y0 * width + x0, (1.0 - fx) * (1.0 - fy)),
+            (y0 * width + x1, fx * (1.0 - fy)),
+            (y1 * width + x0, (1.0 - fx) * fy),
+            (y1 * width + x1, fx * fy),
+        ]
+    }
+
+    /// A picture of the pose, pulled over.
+    fn pulled(&self, picture: &Raster<f32>) -> Raster<f32> {
+        let (width, height) = self.size;
+        Raster::from_fn(width, height, |x, y| {
+            self.place((x, y))
+                .iter()
+                .map(|&(p, w)| w * picture.pixels[p])
+                .sum()
+        })
+    }
+
+    /// Offsets that go through `more` first: from the frame to where the pose was pulled to, and on.
+    fn followed(&self, more: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
+        let through = Self {
+            offsets: more,
+            ..*self
+        };
+        let (width, height) = self.size;
+        let follow = |p: usize| {
+            let places = through.place((p % width, p / width));
+            std::array::from_fn(|c| {
+                through.offsets[p][c]
+                    + places
+                        .iter()
+                        .map(|&(q, w)| w * self.offsets[q][c])
+                        .sum::<f32>()
+            })
+        };
+        (0..width * height).map(follow).collect()
+    }
+}
+
+/// The values of one pixel, pulled over by bilinear interpolation.
+fn pull(values: &[f32], places: [(usize, f32); 4], out: &mut [f32]) {
+    let n = out.len();
+    let [a, b, c, d] = places.map(|(p, _)| &values[p * n..][..n]);
+    let [wa, wb, wc, wd] = places.map(|(_, w)| w);
+    for ((((out, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+        *out = wa * a + wb * b + wc * c + wd * d;
+    }
+}
+
+impl Pose {
+    fn new(pose: &PlatePose, lamps: &Lamps) -> Self {
+        let PlatePose { exemplar, plate } = pose;
+        let plate = plate.map(luminance);
+        let inside = inside(&exemplar.mask);
+        let matte = inside.map(|inside| f32::from(u8::from(inside)));
+        let known: Vec<(usize, Vec3)> = lamps
+            .directions
+            .iter()
+            .enumerate()
+            .filter_map(|(m, direction)| Some((m, (*direction)?)))
+            .collect();
+        let pixels = exemplar.mask.pixels.len();
+        let even: Vec<f32> = (0..pixels)
+            .flat_map(|p| {
+                known.iter().map(move |&(m, _)| {
+                    luminance(exemplar.olats[m].pixels[p]) / luminance(lamps.energies[m])
+                })
+            })
+            .collect();
+        let directions: Vec<Vec3> = known.iter().map(|(_, direction)| *direction).collect();
+        let normals = if known.is_empty() {
+            vec![Vec3::ZERO; pixels]
+        } else {
+            normals(&even, &directions)
+        };
+        let count = lamps.len();
+        let mut bare = vec![0.0; pixels * 3 * count];
+        bare.par_chunks_exact_mut((3 * count).max(1))
+            .zip(&normals)
+            .enumerate()
+            .for_each(|(p, (bare, normal))| {
+                for (m, (olat, direction)) in
+                    exemplar.olats.iter().zip(&lamps.directions).enumerate()
+                {
+                    let shading = shading(*normal, *direction);
+                    for c in 0..3 {
+                        bare[c * count + m] =
+                            (olat.pixels[p][c].max(0.0) / (lamps.energies[m][c] * shading)).sqrt();
+                    }
+                }
+            });
+        Self {
+            number: exemplar.pose,
+            contrast: matched_contrast(&plate, &matte, CONTRAST),
+            mask: exemplar.mask.clone(),
+            depth: depth(&normals, &inside),
+            normals,
+            bare,
+        }
+    }
+}
+
+/// Local contrast in a window of `radius` of the picture's side, at the size at which pictures are matched.
+fn matched_contrast(light: &Raster<f32>, matte: &Mask, radius: f32) -> Raster<f32> {
+    let (width, height) = light.size();
+    let longer = width.max(height);
+    let contrast = local_contrast(
+        light,
+        matte,
+        bright_level(light, matte),
+        radius * longer as f32,
+    );
+    if longer == 0 {
+        return contrast;
+    }
+    let side = (2 * longer).min(MOST_SIDE);
+    resize(
+        &contrast,
+        (width * side).div_ceil(longer),
+        (height * side).div_ceil(longer),
+    )
+}
+
+/// The subject's bright level: a high quantile of its light.
+fn bright_level(light: &Raster<f32>, mask: &Mask) -> f32 {
+    let mut subject: Vec<f32> = light
+        .pixels
+        .iter()
+        .zip(&mask.pixels)
+        .filter(|(v, m)| **m > 0.5 && v.is_finite())
+        .map(|(v, _)| *v)
+        .collect();
+    subject.sort_unstable_by(f32::total_cmp);
+    quantile(&subject, BRIGHT)
+}

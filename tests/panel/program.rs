@@ -1,0 +1,251 @@
+//! Measures predictions on a panel of shoots unlike each other and writes `docs/panel.md`: `make panel`.
+//!
+//! The program itself does it, as a person would: `stage`, `import`, `calibrate`, `evaluate`, `train`. Figures that are there
+//! are not measured again.
+
+use base::files::write_beside;
+use base::{Error, Result};
+use clap::Parser;
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+
+/// Measures the panel and writes its page.
+#[derive(Debug, Parser)]
+struct Options {
+    /// Minutes of training, one after the other; none measures what needs no training.
+    #[arg(long, value_delimiter = ',')]
+    minutes: Vec<f64>,
+    /// Working size in pixels.
+    #[arg(long, default_value_t = 128)]
+    size: usize,
+    /// Further shoot with a truth, such as a person's. Can be given several times.
+    #[arg(long, value_name = "NAME=DIR")]
+    shoot: Vec<String>,
+    /// Folder with the head scan; left out if it is missing.
+    #[arg(long, default_value = "../shared/data")]
+    shared: PathBuf,
+    #[arg(long, default_value = "target/debug/afterlight")]
+    program: PathBuf,
+    /// Folder of shoots, projects and figures.
+    #[arg(long, default_value = "target/panel")]
+    work: PathBuf,
+    /// Page to write.
+    #[arg(long, default_value = "docs/panel.md")]
+    page: PathBuf,
+}
+
+/// Stages that are made here: name and options of `stage`.
+const STAGES: [(&str, &str); 3] = [
+    ("stage: hair, glasses", "--seed 301 --hair loose --glasses"),
+    (
+        "stage: hand, reseated",
+        "--seed 302 --hands --reseated 0.02",
+    ),
+    (
+        "stage: dark skin, shine",
+        "--seed 303 --skin 0.95 --shine 0.8",
+    ),
+];
+/// Methods that need no training, as `evaluate --with` names them. The last is the rig's limit.
+const UNTRAINED: [&str; 4] = ["nearest", "ratio", "transfer", "truth-olats"];
+
+/// Figures of a method on a shoot, in decibels.
+struct Figures {
+    /// Mean over environments and frames, and the worst environment's.
+    relit: [f64; 2],
+    /// Mean over frames, and the worst frame's; None of a method whose OLATs are the truth.
+    olats: Option<[f64; 2]>,
+}
+
+struct Row {
+    method: String,
+    figures: Figures,
+}
+
+fn main() -> ExitCode {
+    match run(&Options::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("{}", e.for_terminal());
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(options: &Options) -> Result<()> {
+    let mut page = String::from(
+        "# Panel\n\nPredictions on shoots unlike each other, before any training and after it, written by `make panel`. PSNR in decibels, \
+         higher is better, on frames that no exemplar shows and no training sees: mean and worst environment, mean and worst frame of \
+         the OLATs. The limit is the sum of the true OLATs.\n",
+    );
+    for (name, shoot) in shoots(options)? {
+        let rows = measure(options, &name, &shoot)?;
+        let _ = write!(
+            page,
+            "\n## {name}\n\n| method | relit, mean | relit, worst | OLATs, mean | OLATs, worst |\n|---|---:|---:|---:|---:|\n"
+        );
+        for Row { method, figures } in rows {
+            let [mean, worst] = figures.relit;
+            let olats = figures
+                .olats
+                .map_or("exact | ".to_owned(), |[mean, worst]| {
+                    format!("{mean:.1} | {worst:.1}")
+                });
+            let _ = writeln!(page, "| {method} | {mean:.1} | {worst:.1} | {olats} |");
+        }
+    }
+    write_beside(&options.page, |out| out.write_all(page.as_bytes()))
+}
+
+/// Names and folders of the panel's shoots. Stages are made if they are missing.
+fn shoots(options: &Options) -> Result<Vec<(String, PathBuf)>> {
+    let mut all = Vec::new();
+    for shoot in &options.shoot {
+        let (name, folder) = shoot.split_once('=').ok_or_else(|| {
+            Error::invalid(format!("{shoot:?} names no shoot"), "Write it as NAME=DIR")
+        })?;
+        all.push((name.to_owned(), PathBuf::from(folder)));
+    }
+    let scan = options.shared.join("stage");
+    if scan.join("manifest.json").exists() {
+        all.push(("head scan".to_owned(), scan));
+    } else {
+        println!("head scan skipped: {} is missing", scan.display());
+    }
+    for (name, settings) in STAGES {
+        let folder = options.work.join(plain(name)).join("shoot");
+        if !folder.join("manifest.json").exists() {
+            let size = options.size.to_string();
+            let to = folder.to_string_lossy();
+            let mut command = vec!["stage", &to, "--size", &size, "--frames", "12"];
+            command.extend(settings.split(' '));
+            afterlight(options, &command)?;
+        }
+        all.push((name.to_owned(), folder));
+    }
+    Ok(all)
+}
+
+/// Measures a shoot: what needs no training, then the prediction and the network after each length of training.
+fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
+    let work = options.work.join(plain(name));
+    std::fs::create_dir_all(&work)
+        .map_err(|e| Error::io("write", &work, e, "Check that the folder can be written"))?;
+    let project = work.join("project");
+    let (to, from, size) = (
+        project.to_string_lossy(),
+        shoot.to_string_lossy(),
+        options.size.to_string(),
+    );
+    if !project.join("project.toml").exists() {
+        afterlight(options, &["import", &to, "--shoot", &from, "--size", &size])?;
+    }
+    if !project.join("calibration.toml").exists() {
+        afterlight(options, &["calibrate", &to])?;
+    }
+    let score = |method: &str, file: &str| -> Result<Figures> {
+        let path = work.join(format!("{file}.json"));
+        if let Some(kept) = std::fs::read(&path)
+            .ok()
+            .and_then(|text| serde_json::from_slice(&text).ok())
+        {
+            return figures(&kept, method);
+        }
+        let printed = afterlight(
+            options,
+            &[
+                "evaluate", &to, "--truth", &from, "--with", method, "--json",
+            ],
+        )?;
+        let found: Value = serde_json::from_slice(&printed)
+            .map_err(|e| Error::bug(format!("evaluate --json printed no JSON: {e}")))?;
+        write_beside(&path, |out| out.write_all(&printed))?;
+        figures(&found, method)
+    };
+    let mut rows = Vec::new();
+    for method in UNTRAINED {
+        rows.push(Row {
+            method: method.to_owned(),
+            figures: score(method, method)?,
+        });
+    }
+    let mut trained = 0.0;
+    for minutes in &options.minutes {
+        let kept = |method: &str| format!("{method}-{minutes}");
+        if !work.join(format!("{}.json", kept("network"))).exists() {
+            let more = (minutes - trained).to_string();
+            afterlight(
+                options,
+                &[
+                    "train",
+                    &to,
+                    "--preset",
+                    "quick",
+                    "--minutes",
+                    &more,
+                    "--exclude-truth",
+                    &from,
+                ],
+            )?;
+        }
+        trained = *minutes;
+        for method in ["prediction", "network"] {
+            let method_after = format!("{method}, {minutes} min");
+            rows.push(Row {
+                method: method_after,
+                figures: score(method, &kept(method))?,
+            });
+        }
+    }
+    Ok(rows)
+}
+
+fn figures(found: &Value, method: &str) -> Result<Figures> {
+    let missing = || Error::bug(format!("evaluate --with {method} printed no figures"));
+    let relit = found["relit_psnr_db"].as_object().ok_or_else(missing)?;
+    let relit: Vec<f64> = relit.values().filter_map(Value::as_f64).collect();
+    let frames = found["olat_psnr_by_frame_db"]
+        .as_object()
+        .ok_or_else(missing)?;
+    let frames: Vec<f64> = frames.values().filter_map(Value::as_f64).collect();
+    let both = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        [mean, values.iter().copied().fold(f64::INFINITY, f64::min)]
+    };
+    if relit.is_empty() {
+        return Err(missing());
+    }
+    let olats = (method != "truth-olats" && !frames.is_empty()).then(|| both(&frames));
+    Ok(Figures {
+        relit: both(&relit),
+        olats,
+    })
+}
+
+/// Runs the program. Returns its standard output.
+fn afterlight(options: &Options, arguments: &[&str]) -> Result<Vec<u8>> {
+    println!("afterlight {}", arguments.join(" "));
+    let output = (Command::new(&options.program)
+        .args(arguments)
+        .stderr(Stdio::piped())
+        .output())
+    .map_err(|e| Error::io("start", &options.program, e, "Build it first: make build"))?;
+    if output.status.success() {
+        return Ok(output.stdout);
+    }
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    Err(Error::bug(format!(
+        "afterlight {} failed: {said}",
+        arguments.join(" ")
+    )))
+}
+
+/// A name of letters, digits and hyphens.
+fn plain(name: &str) -> String {
+    name.chars()
+        .map(|c| if c.is_alphanumeric() { c } else { '-' })
+        .collect()
+}

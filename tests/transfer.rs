@@ -1,0 +1,395 @@
+//! Reflectance transfer on shoots of the virtual stage: beside the truth, beside the sketch that it follows, and in hard cases.
+
+use afterlight::calibration::Calibration;
+use afterlight::evaluation::Truth;
+use afterlight::footage::{Exemplar, Frame};
+use afterlight::imaging::color::luminance;
+use afterlight::imaging::{Image, Mask};
+use afterlight::light::Rig;
+use afterlight::project::Project;
+use afterlight::reflectance::ReflectanceField;
+use afterlight::transfer::{PlatePose, Transfer};
+use std::path::Path;
+use test_shoot::TestShoot;
+use test_support::shown;
+
+const SHOOT: TestShoot = TestShoot {
+    frames: 4,
+    lamps: 20,
+    size: 96,
+    working_size: 96,
+};
+
+/// A stage's project with its exemplars under the interview's light.
+struct Stage {
+    _folder: tempfile::TempDir,
+    project: Project,
+    calibration: Calibration,
+    truth: Truth,
+    poses: Vec<PlatePose>,
+}
+
+impl Stage {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let (project, calibration) = SHOOT.calibrate(folder.path(), "project");
+        let truth = Truth::open(&project, &folder.path().join("shoot")).unwrap();
+        let light = calibration.interview_light();
+        let poses = Exemplar::load_all(&project, &calibration.response).unwrap();
+        let plate = |exemplar: &Exemplar| {
+            exemplar
+                .relit_by_all(&project, &calibration.response, &light)
+                .unwrap()
+        };
+        let poses = poses
+            .into_iter()
+            .map(|exemplar| PlatePose {
+                plate: plate(&exemplar),
+                exemplar,
+            })
+            .collect();
+        Self {
+            _folder: folder,
+            project,
+            calibration,
+            truth,
+            poses,
+        }
+    }
+
+    fn frame(&self, index: usize) -> Frame {
+        Frame::load(&self.project, &self.calibration.response, index).unwrap()
+    }
+
+    /// A frame whose true OLATs are known.
+    fn known(&self) -> usize {
+        *self
+            .truth
+            .frames
+            .iter()
+            .find(|&&frame| self.truth.has_olats(frame))
+            .unwrap()
+    }
+
+    fn transfer(&self) -> Transfer {
+        Transfer::new(
+            &self.poses,
+            &self.calibration.rig,
+            self.calibration.learnt_light(),
+        )
+    }
+}
+
+/// PSNR in decibels of encoded luminance inside the matte: the truth's brightest twentieth at one half.
+fn decibels(field: &ReflectanceField, truth: &[Image], mask: &Mask) -> f64 {
+    let inside: Vec<usize> = (0..mask.pixels.len())
+        .filter(|&p| mask.pixels[p] > 0.5)
+        .collect();
+    let truths: Vec<Vec<f32>> = truth
+        .iter()
+        .map(|olat| inside.iter().map(|&p| luminance(olat.pixels[p])).collect())
+        .collect();
+    let mut all: Vec<f32> = truths.concat();
+    all.sort_unstable_by(f32::total_cmp);
+    let gain = 0.5 / all[all.len() * 95 / 100];
+    let code = |v: f32| f64::from((gain * v).clamp(0.0, 1.0).powf(1.0 / 2.2));
+    let mut sum = 0.0;
+    for (lamp, truth) in truths.iter().enumerate() {
+        let olat = field.olat(lamp);
+        for (&p, &truth) in inside.iter().zip(truth) {
+            sum += (code(luminance(olat.pixels[p])) - code(truth)).powi(2);
+        }
+    }
+    -10.0 * (sum / (inside.len() * truths.len()) as f64).log10()
+}
+
+fn sum(field: &ReflectanceField, weights: &[[f32; 3]], p: usize) -> [f32; 3] {
+    std::array::from_fn(|c| {
+        weights
+            .iter()
+            .enumerate()
+            .map(|(lamp, w)| w[c] * field.plane(lamp, c)[p])
+            .sum()
+    })
+}
+
+#[test]
+fn olats_of_an_unseen_frame_are_nearer_to_the_truth_than_those_of_any_pose() {
+    let stage = Stage::new();
+    let frame = stage.frame(stage.known());
+    let truth = stage.truth.olats(frame.index).unwrap();
+    let carried = stage.transfer().carry(&frame);
+    let found = decibels(&carried.field, &truth, &frame.mask);
+    for pose in &stage.poses {
+        let as_it_is = ReflectanceField::from_olats(&pose.exemplar.olats);
+        let pose_db = decibels(&as_it_is, &truth, &frame.mask);
+        assert!(
+            found > pose_db + 1.0,
+            "{found} dB, pose {} {pose_db} dB",
+            pose.exemplar.pose
+        );
+    }
+    assert!(carried.trust.pixels.iter().all(|t| (0.0..=1.0).contains(t)));
+}
+
+#[test]
+fn the_frame_is_the_sum_of_its_olats_under_the_interview_s_light() {
+    let stage = Stage::new();
+    let frame = stage.frame(1);
+    let field = stage.transfer().carry(&frame).field;
+    let brightest = frame
+        .plate
+        .pixels
+        .iter()
+        .flatten()
+        .copied()
+        .fold(0.0, f32::max);
+    for (p, plate) in frame.plate.pixels.iter().enumerate() {
+        let found = sum(&field, &stage.calibration.learnt_light(), p);
+        for c in 0..3 {
+            let expected = if frame.mask.pixels[p] > 0.0 {
+                plate[c]
+            } else {
+                0.0
+            };
+            // Where hardly any light is, nothing is divided by.
+            let dark = if expected < 0.01 * brightest {
+                0.01 * brightest
+            } else {
+                0.0
+            };
+            assert!(
+                (found[c] - expected).abs() <= 1e-4 * brightest + dark,
+                "{p}: {found:?}, plate {plate:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_pose_among_the_exemplars_is_carried_over_as_it_is() {
+    let stage = Stage::new();
+    let PlatePose { exemplar, plate } = &stage.poses[2];
+    let frame = Frame {
+        index: 0,
+        plate: plate.clone(),
+        mask: exemplar.mask.clone(),
+    };
+    let found = decibels(
+        &stage.transfer().carry(&frame).field,
+        &exemplar.olats,
+        &exemplar.mask,
+    );
+    let others = decibels(
+        &stage.transfer().without(exemplar.pose).carry(&frame).field,
+        &exemplar.olats,
+        &exemplar.mask,
+    );
+    assert!(
+        found > 32.0 && found > others + 3.0,
+        "{found} dB, without the pose {others} dB"
+    );
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let stage = Stage::new();
+    let (transfer, frame) = (stage.transfer(), stage.frame(2));
+    let carried = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| transfer.carry(&frame).field)
+    };
+    assert_eq!(carried(1), carried(3));
+}
+
+#[test]
+fn hard_frames_and_exemplars_give_finite_olats() {
+    let stage = Stage::new();
+    let frame = stage.frame(0);
+    let finite = |transfer: &Transfer, frame: &Frame| {
+        let carried = transfer.carry(frame);
+        let values = &carried.field.values;
+        assert_eq!(
+            values.len(),
+            stage.calibration.rig.lamps.len() * 3 * frame.mask.pixels.len()
+        );
+        assert!(values.iter().all(|v| v.is_finite() && *v >= 0.0));
+        let bright = frame
+            .plate
+            .pixels
+            .iter()
+            .flatten()
+            .copied()
+            .fold(0.0, f32::max);
+        let most = values.iter().copied().fold(0.0, f32::max);
+        assert!(most <= 1e3 * bright.max(1e-3), "{most}");
+    };
+    let all = stage.transfer();
+    let like = |f: fn([f32; 3]) -> [f32; 3]| Frame {
+        plate: frame.plate.map(f),
+        ..frame.clone()
+    };
+    finite(&all, &like(|_| [0.0; 3]));
+    finite(&all, &like(|_| [1.0; 3]));
+    finite(&all, &like(|p| p.map(|v| v * 1e-6)));
+    finite(&all, &like(|p| p.map(|v| v * 1e4)));
+    finite(&all, &like(|p| if p[0] > 0.2 { [f32::NAN; 3] } else { p }));
+    for coverage in [0.0, 1.0] {
+        finite(
+            &all,
+            &Frame {
+                mask: frame.mask.map(|_| coverage),
+                ..frame.clone()
+            },
+        );
+    }
+    // Half of the head is missing in the matte, or the frame is upside down.
+    let half = Mask::from_fn(
+        96,
+        96,
+        |x, y| if x < 48 { frame.mask.at(x, y) } else { 0.0 },
+    );
+    finite(
+        &all,
+        &Frame {
+            mask: half,
+            ..frame.clone()
+        },
+    );
+    let turned = Image::from_fn(96, 96, |x, y| frame.plate.at(95 - x, 95 - y));
+    finite(
+        &all,
+        &Frame {
+            plate: turned,
+            ..frame.clone()
+        },
+    );
+    let light = || stage.calibration.learnt_light();
+    let one = Transfer::new(&stage.poses[..1], &stage.calibration.rig, light());
+    finite(&one, &frame);
+    finite(&Transfer::new(&[], &stage.calibration.rig, light()), &frame);
+    // Lamps that no ball shows, and poses without light.
+    let mut unseen: Rig = stage.calibration.rig.clone();
+    unseen
+        .lamps
+        .iter_mut()
+        .for_each(|lamp| lamp.confidence = 0.0);
+    finite(&Transfer::new(&stage.poses, &unseen, light()), &frame);
+    let black: Vec<PlatePose> = (stage.poses.iter().cloned())
+        .map(|mut pose| {
+            pose.plate = pose.plate.map(|_| [0.0; 3]);
+            pose.exemplar
+                .olats
+                .iter_mut()
+                .for_each(|olat| *olat = olat.map(|_| [0.0; 3]));
+            pose
+        })
+        .collect();
+    finite(
+        &Transfer::new(&black, &stage.calibration.rig, light()),
+        &frame,
+    );
+    shown!(
+        "Transfer to black, white, NaN, upside-down and half-cut frames; one exemplar, none, black ones, lamps unseen"
+    );
+}
+
+#[test]
+fn the_sketch_is_reached() {
+    let Some(sketch) = test_support::shared("transfer/transfer.py") else {
+        return;
+    };
+    let Some(python) = test_support::python(&["numpy", "scipy", "cv2"]) else {
+        return;
+    };
+    let stage = Stage::new();
+    let grey = |image: &Image| image.map(|p| [luminance(p); 3]);
+    let index = stage.known();
+    let mut frame = stage.frame(index);
+    frame.plate = grey(&frame.plate);
+    let light = stage.calibration.learnt_light();
+    let weights: Vec<[f32; 3]> = light.iter().map(|w| [luminance(*w); 3]).collect();
+    // One energy for all lamps, as the sketch has it.
+    let mut rig = stage.calibration.rig.clone();
+    rig.lamps.iter_mut().for_each(|lamp| lamp.energy = [1.0; 3]);
+    let poses: Vec<PlatePose> = (stage.poses.iter())
+        .map(|pose| PlatePose {
+            plate: grey(&pose.plate),
+            exemplar: Exemplar {
+                olats: pose.exemplar.olats.iter().map(grey).collect(),
+                ..pose.exemplar.clone()
+            },
+        })
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, values: &[f32]| {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    };
+    let plane = |image: &Image| -> Vec<f32> { image.pixels.iter().map(|p| p[0]).collect() };
+    write("frame", &plane(&frame.plate));
+    write("frame_mask", &frame.mask.pixels);
+    for (n, pose) in poses.iter().enumerate() {
+        write(&format!("lit_{n}"), &plane(&pose.plate));
+        write(&format!("mask_{n}"), &pose.exemplar.mask.pixels);
+        write(
+            &format!("olats_{n}"),
+            &pose
+                .exemplar
+                .olats
+                .iter()
+                .flat_map(plane)
+                .collect::<Vec<_>>(),
+        );
+    }
+    let about = serde_json::json!({
+        "width": frame.plate.width, "height": frame.plate.height, "poses": poses.len(),
+        "directions": rig.lamps.iter().map(|lamp| lamp.direction.to_array()).collect::<Vec<_>>(),
+        "weights": weights.iter().map(|w| w[0]).collect::<Vec<_>>(),
+    });
+    std::fs::write(folder.path().join("about.json"), about.to_string()).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers/transfer.py");
+    let ran = std::process::Command::new(python)
+        .arg(script)
+        .arg(sketch)
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    assert!(
+        ran.status.success(),
+        "{}",
+        String::from_utf8_lossy(&ran.stderr)
+    );
+    let bytes = std::fs::read(folder.path().join("olats")).unwrap();
+    let values: Vec<f32> = bytes
+        .chunks_exact(4)
+        .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        .collect();
+    let pixels = frame.mask.pixels.len();
+    let sketched: Vec<Image> = (values.chunks_exact(pixels))
+        .map(|plane| Image {
+            width: 96,
+            height: 96,
+            pixels: plane.iter().map(|&v| [v; 3]).collect(),
+        })
+        .collect();
+    let truth: Vec<Image> = stage.truth.olats(index).unwrap().iter().map(grey).collect();
+    let found = decibels(
+        &Transfer::new(&poses, &rig, weights).carry(&frame).field,
+        &truth,
+        &frame.mask,
+    );
+    let expected = decibels(
+        &ReflectanceField::from_olats(&sketched),
+        &truth,
+        &frame.mask,
+    );
+    assert!(
+        found > expected - 0.05,
+        "{found:.2} dB, the sketch {expected:.2} dB"
+    );
+    println!("{found:.2} dB, the sketch {expected:.2} dB");
+}
