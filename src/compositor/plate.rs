@@ -2,12 +2,12 @@
 //! the working size; that ratio is brought to the plate's size, where it multiplies the plate's own pixels.
 //!
 //! With the plate's light P, a floor ε against noise in the dark, the matte α, and D for the mean over what one pixel of
-//! the working size covers: ratio r = relit ÷ D(P + ε), picture = α · (P + ε) · U(r). D takes pixels of the plate that lie
-//! in two of the working size by their shares, as the network's picture does. U is Catmull and Rom's cubic, which keeps
-//! what it interpolates: a step of back-projection behind it brings the mean nearer and rings at the shadows of single
-//! lamps (`benches/plate.rs` measures the ways there are). Plate and matte alone decide the operation, and it is linear in the
-//! light: pictures under single lamps add up to the picture under all of them. So nothing is clamped: the cubic swings
-//! below zero beside the hard shadow of a single lamp, which a display shows as black.
+//! the working size covers: ratio r = relit ÷ D(P + ε), picture = α · (P + ε) · U(r). D takes pixels of the plate that
+//! lie in two of the working size by their shares, as the network's picture does. U is Catmull and Rom's cubic, which
+//! keeps what it interpolates: a step of back-projection behind it brings the mean nearer and rings at the shadows of
+//! single lamps (`benches/plate.rs` measures the ways there are). Plate and matte alone decide the operation, and it is
+//! linear in the light: pictures under single lamps add up to the picture under all of them. So nothing is clamped: the
+//! cubic swings below zero beside the hard shadow of a single lamp, which a display shows as black.
 
 use super::cubic::Taps;
 use super::descriptor::{Descriptor, Run, decide};
@@ -100,7 +100,8 @@ fn taps(length: usize, start: f32, side: f32, size: usize) -> Vec<Taps> {
     (0..length).map(at).collect()
 }
 
-/// For each of `size` pixels of the working size, the pixels of the plate that it covers along an axis, and how much of each.
+/// For each of `size` pixels of the working size, the pixels of the plate that it covers along an axis, and how much of
+/// each.
 fn covered(length: usize, start: f32, side: f32, size: usize) -> Vec<Vec<(usize, f32)>> {
     let (start, step) = (f64::from(start), f64::from(side) / size as f64);
     let pixels_of = |node: usize| {
@@ -275,8 +276,8 @@ impl Plate {
     }
 
     /// The subject at the plate's size, premultiplied by its matte. `relit` is what [`super::reference::relight`] sums
-    /// at the working size, premultiplied by `working`, the matte there, and finite. Beside hard shadows of single lamps the
-    /// result may be slightly negative.
+    /// at the working size, premultiplied by `working`, the matte there, and finite. Beside hard shadows of single lamps
+    /// the result may be negative.
     ///
     /// # Panics
     /// When `relit` or `working` has another size than the one that the plate was prepared for.

@@ -75,8 +75,8 @@ impl Rebuild {
         remove_file(path).map_err(|e| Error::io("remove", path, e, REMEDY))?;
         Err(Error::invalid(
             format!(
-                "{} was not kept: its {} light layers, weighted and added, miss the relit subject by {:.2e}, {:.3} % of its \
-                 brightest light, more than half floats round away",
+                "{} was not kept: its {} light layers, weighted and added, miss the relit subject by {:.2e}, {:.3} % of \
+                 its brightest light, more than half floats round away",
                 path.display(),
                 found.layers,
                 found.residual,

@@ -1,10 +1,14 @@
 //! Gaussian blur of grey pictures.
 
 use imaging::Raster;
+use imaging::resample::{resize, resize_area};
 use rayon::prelude::*;
 
 /// Deviations at which the kernel is cut off.
 const REACH: f32 = 4.0;
+
+/// Deviation in pixels up to which pictures are blurred at their own size; wider blurs are made of fewer pixels.
+const FULL_SIZE: f32 = 4.0;
 
 /// A picture blurred by a Gaussian of `deviation` pixels, mirrored at its borders. The sum of each row and column has one
 /// order, so the result does not depend on the number of threads.
@@ -13,29 +17,41 @@ pub fn blur(picture: &Raster<f32>, deviation: f32) -> Raster<f32> {
     if width == 0 || height == 0 || deviation <= 0.0 {
         return picture.clone();
     }
-    let kernel = kernel(deviation);
-    let radius = kernel.len() / 2;
+    let fewer = (deviation / FULL_SIZE).floor().max(1.0);
+    let side = |length: usize| ((length as f32 / fewer).round() as usize).max(1);
+    let (w, h) = (side(width), side(height));
+    let small = resize_area(picture, w, h);
+    let along = |small: usize, full: usize| kernel(deviation * small as f32 / full as f32);
+    let blurred = convolved(&small, &along(w, width), &along(h, height));
+    resize(&blurred, width, height)
+}
+
+/// A picture convolved by a kernel along its rows and one along its columns.
+fn convolved(picture: &Raster<f32>, row: &[f32], column: &[f32]) -> Raster<f32> {
+    let (width, height) = picture.size();
+    let radius = row.len() / 2;
     let mut rows = vec![0.0; width * height];
     rows.par_chunks_exact_mut(width)
         .zip(picture.pixels.par_chunks_exact(width))
-        .for_each(|(out, row)| {
+        .for_each(|(out, pixels)| {
             let padded: Vec<f32> = (0..width + 2 * radius)
-                .map(|i| row[mirrored(i, radius, width)])
+                .map(|i| pixels[mirrored(i, radius, width)])
                 .collect();
-            for (k, weight) in kernel.iter().enumerate() {
+            for (k, weight) in row.iter().enumerate() {
                 for (out, value) in out.iter_mut().zip(&padded[k..]) {
                     *out += weight * value;
                 }
             }
         });
+    let radius = column.len() / 2;
     let mut pixels = vec![0.0; width * height];
     pixels
         .par_chunks_exact_mut(width)
         .enumerate()
         .for_each(|(y, out)| {
-            for (k, weight) in kernel.iter().enumerate() {
-                let row = &rows[mirrored(y + k, radius, height) * width..][..width];
-                for (out, value) in out.iter_mut().zip(row) {
+            for (k, weight) in column.iter().enumerate() {
+                let above = &rows[mirrored(y + k, radius, height) * width..][..width];
+                for (out, value) in out.iter_mut().zip(above) {
                     *out += weight * value;
                 }
             }
