@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 /// Share of the network in the mean of network and transfer. Their errors are unlike, so that the mean is better than either
 /// where both are equally good; docs/method.md has the figures.
-const NETWORK_SHARE: f32 = 0.4;
+const NETWORK_SHARE: f32 = 0.2;
 
 /// The prediction that is shown, exported and judged.
 pub struct OlatPredictor {
