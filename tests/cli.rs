@@ -62,9 +62,31 @@ fn a_small_shoot_goes_all_the_way() {
         3
     );
 
+    // Before any training the exemplars are carried over, and it is said.
+    let untrained = [
+        "relight",
+        "film",
+        "--environment",
+        "nave",
+        "--frames",
+        "0",
+        "--to",
+        "untrained.png",
+    ];
+    let said = afterlight(at, &untrained);
+    assert_eq!(said.status.code(), Some(0));
+    let said = String::from_utf8_lossy(&said.stderr).into_owned();
+    assert!(said.contains("No network is trained yet"), "{said}");
+    assert!(at.join("untrained.png").exists());
+    let untrained = [
+        "evaluate", "film", "--truth", "shoot", "--device", "cpu", "--json",
+    ];
+    let untrained = succeed(at, &untrained);
+    assert_eq!(untrained["method"], "prediction");
+    assert_eq!(untrained["training_steps"], Value::Null);
     let refused = fail(
         at,
-        &["relight", "film", "--environment", "nave", "--to", "x.mp4"],
+        &["evaluate", "film", "--truth", "shoot", "--with", "network"],
     );
     assert!(refused.contains("afterlight train"), "{refused}");
 

@@ -744,6 +744,7 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
     });
     until_shown(&mut window);
     let carried = picture(&window);
+    let carried_by = window.state().relit().unwrap().predicted.generation;
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
     until(&mut window, "what is on disk", |app| {
         app.training().records.is_some()
@@ -754,8 +755,9 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
         work.is_some_and(|w| w.note.contains("OLATs 0."))
     });
     window.get_by_label("Stop").click();
-    until(&mut window, "end of the job", |app| {
-        app.status().job.is_none()
+    until(&mut window, "picture with the network", |app| {
+        let relit = app.relit();
+        app.status().job.is_none() && relit.is_some_and(|r| r.predicted.generation > carried_by)
     });
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     until_shown(&mut window);
