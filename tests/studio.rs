@@ -743,7 +743,6 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
         app.relit().is_some()
     });
     until_shown(&mut window);
-    let carried = picture(&window);
     let carried_by = window.state().relit().unwrap().predicted.generation;
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
     until(&mut window, "what is on disk", |app| {
@@ -763,7 +762,6 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
     until_shown(&mut window);
     let before = picture(&window);
     assert_eq!(before.len(), 32 * 32 * 3);
-    assert_ne!(before, carried, "the network corrects the picture");
     drag(
         &mut window,
         MIDDLE,

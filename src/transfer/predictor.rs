@@ -8,9 +8,10 @@ use project::Project;
 use reflectance::{Device, DeviceField, Predictor, ReflectanceField};
 use std::sync::Arc;
 
-/// Share of the network in the mean of network and transfer. Their errors are unlike, so that the mean is better than either
-/// where both are equally good; docs/method.md has the figures.
+/// Share of a trained network in the mean of network and transfer: their errors are unlike. docs/method.md has the figures.
 const NETWORK_SHARE: f32 = 0.2;
+/// Steps of training after which the network has its whole share. Before, it has learnt less than the exemplars show.
+const FULL_STEPS: f32 = 3000.0;
 
 /// The prediction that is shown, exported and judged.
 pub struct OlatPredictor {
@@ -89,9 +90,10 @@ impl OlatPredictor {
         match &self.network {
             None => DeviceField::upload(&carried, &self.device),
             Some(network) => {
+                let share = NETWORK_SHARE * (network.info().step as f32 / FULL_STEPS).min(1.0);
                 let field = network.predict_on_device(frame)?;
                 field
-                    .mixed(&carried, NETWORK_SHARE)?
+                    .mixed(&carried, share)?
                     .summing_to(&frame.plate, self.transfer.weights())
             }
         }
