@@ -39,7 +39,7 @@ struct Options {
 
 /// Stages that are made here: name and options of `stage`.
 const STAGES: [(&str, &str); 3] = [
-    ("stage: hair, glasses", "--seed 301 --hair loose --glasses"),
+    ("stage: hair, glasses", "--seed 301 --hair brown --glasses"),
     (
         "stage: hand, reseated",
         "--seed 302 --hands --reseated 0.02",
@@ -237,10 +237,10 @@ fn afterlight(options: &Options, arguments: &[&str]) -> Result<Vec<u8>> {
         return Ok(output.stdout);
     }
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    Err(Error::bug(format!(
-        "afterlight {} failed: {said}",
-        arguments.join(" ")
-    )))
+    Err(Error::invalid(
+        format!("afterlight {} failed: {}", arguments.join(" "), said.trim()),
+        "Run that command alone",
+    ))
 }
 
 /// A name of letters, digits and hyphens.
