@@ -80,8 +80,7 @@ impl DeviceField {
         Self::finished(self.olats * share + other * (1.0 - share))
     }
 
-    /// The field scaled pixel by pixel such that its sum under `weights` is `plate`; sums in the dark are scaled by no more than
-    /// [`MOST_SCALE`].
+    /// The field scaled pixel by pixel such that its sum under `weights` is `plate`; no pixel is scaled by more than 8.
     ///
     /// # Errors
     /// When the device fails.
