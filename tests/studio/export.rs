@@ -890,7 +890,6 @@ fn a_measured_cell_is_shown_beside_its_truth() {
         window.get_by_role_and_label(Role::Image, name);
     }
     assert_ne!(shown.truth, shown.predicted);
-    snapshot(&mut window, "studio_cell");
     // One zoom for all three; Esc leads back to the picture.
     let photograph = window
         .get_by_role_and_label(Role::Image, "photograph")
