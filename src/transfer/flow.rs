@@ -52,9 +52,9 @@ impl Default for FlowSettings {
     fn default() -> Self {
         Self {
             finest_scale: 0,
-            stride: 3,
-            descent_iterations: 25,
-            refinement_iterations: 10,
+            stride: 4,
+            descent_iterations: 12,
+            refinement_iterations: 5,
             alpha: 40.0,
             delta: 5.0,
             gamma: 10.0,

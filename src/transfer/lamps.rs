@@ -5,10 +5,13 @@ use light::{Lamp, Rig};
 
 /// Width in degrees of the blend between neighbouring lamps, and between the nearest lamps of poses.
 const ANGLE: f32 = 8.0;
-/// Share of the largest weight below which a lamp is left out.
+/// Weights below this, as a share of the nearest lamp's, are 0.
 const NEGLIGIBLE: f32 = 1e-3;
 /// Added to cosines, which bounds the ratio of two shadings to 1 : 11.
 const SHADE: f32 = 0.1;
+
+/// Values of a pixel are kept for a multiple of this many lamps: one vector of the processor.
+const LANES: usize = 16;
 
 /// The lamps of a rig as transfer sees them.
 #[derive(Clone, Debug)]
@@ -17,17 +20,52 @@ pub struct Lamps {
     pub directions: Vec<Option<Vec3>>,
     /// Energy per channel; 1 of a lamp that no ball shows.
     pub energies: Vec<[f32; 3]>,
+    /// Values kept per pixel and channel: one for each lamp, and zeros up to a whole number of vectors.
+    pub stride: usize,
 }
 
-/// A lamp of the frame as a blend of a pose's lamps.
+/// The lamps of a frame as blends of those of a pose whose head is turned.
 #[derive(Clone, Debug)]
-pub struct LampBlend {
-    /// Direction in the pose's own frame; None of a lamp that no ball shows.
-    pub direction: Option<Vec3>,
-    /// Lamps of the pose and their weights, which sum to 1.
-    pub weights: Vec<(usize, f32)>,
-    /// Angle in degrees to the nearest of them.
-    pub nearest: f32,
+pub struct TurnedLamps {
+    /// Angle in degrees from each lamp of the frame to the nearest of the pose.
+    pub nearest: Vec<f32>,
+    /// Weight of each lamp of the pose in each of the frame: `weights[m · stride + l]`. Those of a lamp of the frame sum to 1.
+    weights: Vec<f32>,
+    /// The frame's lamps in the pose's own frame, by axis; 0 for a lamp that no ball shows.
+    toward: [Vec<f32>; 3],
+    /// Ambient share of each lamp's shading.
+    ambient: Vec<f32>,
+}
+
+impl TurnedLamps {
+    /// Shading of a surface by each lamp of the frame, as [`shading`].
+    #[inline(always)]
+    pub fn shade(&self, normal: Vec3, out: &mut [f32]) {
+        let [x, y, z] = &self.toward;
+        let toward = x.iter().zip(y).zip(z).zip(&self.ambient);
+        for (out, (((x, y), z), ambient)) in out.iter_mut().zip(toward) {
+            *out = (normal.x * x + normal.y * y + normal.z * z).max(0.0) + ambient;
+        }
+    }
+
+    /// Values of the frame's lamps, blended from those of the pose's.
+    #[inline(always)]
+    pub fn blend(&self, values: &[f32], out: &mut [f32]) {
+        let out = out.as_chunks_mut::<LANES>().0;
+        for (n, out) in out.iter_mut().enumerate() {
+            let mut sums = [0.0; LANES];
+            for (value, weights) in values
+                .iter()
+                .zip(self.weights.chunks_exact(self.ambient.len()))
+            {
+                let weights = &weights.as_chunks::<LANES>().0[n];
+                for (sum, weight) in sums.iter_mut().zip(weights) {
+                    *sum += value * weight;
+                }
+            }
+            *out = sums;
+        }
+    }
 }
 
 impl Lamps {
@@ -47,7 +85,15 @@ impl Lamps {
                 .map(|lamp| lamp.is_usable().then_some(lamp.direction))
                 .collect(),
             energies: rig.lamps.iter().map(energy).collect(),
+            stride: rig.lamps.len().next_multiple_of(LANES),
         }
+    }
+
+    /// A value for each lamp, and zeros up to [`Self::stride`].
+    pub fn padded(&self, values: impl Iterator<Item = f32>) -> Vec<f32> {
+        let mut values: Vec<f32> = values.collect();
+        values.resize(self.stride, 0.0);
+        values
     }
 
     /// Number of lamps.
@@ -55,48 +101,41 @@ impl Lamps {
         self.directions.len()
     }
 
-    /// A blend for each lamp of a frame whose head is turned by `turn` from the pose's. Weights fall with the angle beyond the
-    /// nearest lamp's. A lamp that no ball shows stands for itself alone.
-    pub fn blends(&self, turn: &Mat3) -> Vec<LampBlend> {
-        let back = turn.transpose();
-        let blend = |(lamp, direction): (usize, &Option<Vec3>)| {
-            let direction = direction.map(|direction| back * direction);
-            let Some(toward) = direction else {
-                return LampBlend {
-                    direction,
-                    weights: vec![(lamp, 1.0)],
-                    nearest: 0.0,
-                };
-            };
-            let angles: Vec<(usize, f32)> = (self.directions.iter().enumerate())
-                .filter_map(|(m, direction)| {
-                    Some((
-                        m,
-                        (*direction)?
-                            .dot(toward)
-                            .clamp(-1.0, 1.0)
-                            .acos()
-                            .to_degrees(),
-                    ))
-                })
-                .collect();
-            let nearest = angles
-                .iter()
-                .map(|(_, angle)| *angle)
-                .fold(f32::INFINITY, f32::min);
-            let mut weights: Vec<(usize, f32)> = (angles.into_iter())
-                .map(|(m, angle)| (m, falloff(angle, nearest)))
-                .filter(|(_, weight)| *weight > NEGLIGIBLE)
-                .collect();
-            let sum: f32 = weights.iter().map(|(_, weight)| weight).sum();
-            weights.iter_mut().for_each(|(_, weight)| *weight /= sum);
-            LampBlend {
-                direction,
-                weights,
-                nearest,
-            }
+    /// The lamps of a frame whose head is turned by `turn` from the pose's. Weights fall with the angle beyond the nearest
+    /// lamp's. A lamp that no ball shows stands for itself alone.
+    pub fn turned(&self, turn: &Mat3) -> TurnedLamps {
+        let (count, stride, back) = (self.len(), self.stride, turn.transpose());
+        let toward = |lamp: usize| self.directions[lamp].map(|direction| back * direction);
+        let axis = |axis: usize| {
+            let axis = |l| toward(l).map_or(0.0, |direction| direction[axis]);
+            self.padded((0..count).map(axis))
         };
-        self.directions.iter().enumerate().map(blend).collect()
+        let mut turned = TurnedLamps {
+            nearest: vec![0.0; count],
+            weights: vec![0.0; count * stride],
+            toward: [0, 1, 2].map(axis),
+            ambient: self.padded((0..count).map(|l| toward(l).map_or(1.0, |_| SHADE))),
+        };
+        for l in 0..count {
+            let Some(toward) = toward(l) else {
+                turned.weights[l * stride + l] = 1.0;
+                continue;
+            };
+            let angle = |direction: &Option<Vec3>| {
+                direction.map_or(f32::INFINITY, |d| {
+                    d.dot(toward).clamp(-1.0, 1.0).acos().to_degrees()
+                })
+            };
+            let angles: Vec<f32> = self.directions.iter().map(angle).collect();
+            let nearest = angles.iter().copied().fold(f32::INFINITY, f32::min);
+            let weight = |angle: &f32| Some(falloff(*angle, nearest)).filter(|w| *w > NEGLIGIBLE);
+            let sum: f32 = angles.iter().filter_map(weight).sum();
+            for (m, angle) in angles.iter().enumerate() {
+                turned.weights[m * stride + l] = weight(angle).map_or(0.0, |weight| weight / sum);
+            }
+            turned.nearest[l] = nearest;
+        }
+        turned
     }
 }
 
@@ -129,39 +168,31 @@ mod tests {
         }
     }
 
+    /// The pose's lamp that has most of a frame's lamp, with its weight.
+    fn most(turned: &TurnedLamps, l: usize) -> (usize, f32) {
+        let count = turned.nearest.len();
+        let weights = (0..count).map(|m| (m, turned.weights[m * stride + l]));
+        let sum: f32 = weights.clone().map(|(_, weight)| weight).sum();
+        assert!((sum - 1.0).abs() < 1e-5);
+        weights.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
+    }
+
     #[test]
     fn lamps_stand_for_themselves_in_a_pose_like_the_frame() {
-        for (l, blend) in Lamps::new(&rig())
-            .blends(&Mat3::IDENTITY)
-            .iter()
-            .enumerate()
-        {
-            let (most, weight) = blend
-                .weights
-                .iter()
-                .copied()
-                .max_by(|a, b| a.1.total_cmp(&b.1))
-                .unwrap();
-            assert!(
-                most == l && weight > 0.99 && blend.nearest < 0.1,
-                "{blend:?}"
-            );
+        let turned = Lamps::new(&rig()).turned(&Mat3::IDENTITY);
+        for l in 0..12 {
+            let (m, weight) = most(&turned, l);
+            assert!(m == l && weight > 0.99 && turned.nearest[l] < 0.1);
         }
     }
 
     #[test]
     fn lamps_turn_with_the_head() {
         let turn = Mat3::from_rotation_y(30f32.to_radians());
-        for (l, blend) in Lamps::new(&rig()).blends(&turn).iter().enumerate() {
-            let (most, weight) = blend
-                .weights
-                .iter()
-                .copied()
-                .max_by(|a, b| a.1.total_cmp(&b.1))
-                .unwrap();
-            assert!(most == (l + 11) % 12 && weight > 0.99, "{l}: {blend:?}");
-            let sum: f32 = blend.weights.iter().map(|(_, weight)| weight).sum();
-            assert!((sum - 1.0).abs() < 1e-5);
+        let turned = Lamps::new(&rig()).turned(&turn);
+        for l in 0..12 {
+            let (m, weight) = most(&turned, l);
+            assert!(m == (l + 11) % 12 && weight > 0.99, "{l}: {m} {weight}");
         }
     }
 
@@ -169,16 +200,13 @@ mod tests {
     fn a_lamp_that_no_ball_shows_stands_for_itself_alone() {
         let mut rig = rig();
         rig.lamps[3].confidence = 0.0;
-        for (l, blend) in Lamps::new(&rig)
-            .blends(&Mat3::from_rotation_y(0.5))
-            .iter()
-            .enumerate()
-        {
-            if l == 3 {
-                assert_eq!(blend.weights, [(3, 1.0)]);
-            } else {
-                assert!(blend.weights.iter().all(|(m, _)| *m != 3));
-            }
+        let turned = Lamps::new(&rig).turned(&Mat3::from_rotation_y(0.5));
+        assert_eq!(most(&turned, 3), (3, 1.0));
+        for l in (0..12).filter(|&l| l != 3) {
+            assert_eq!(turned.weights[3 * 12 + l], 0.0);
         }
+        let mut shades = [0.0; 12];
+        turned.shade(-Vec3::Z, &mut shades);
+        assert_eq!(shades[3], 1.0);
     }
 }

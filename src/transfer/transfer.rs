@@ -3,7 +3,7 @@
 use crate::blur::blur;
 use crate::contrast::local_contrast;
 use crate::flow::{FlowSettings, flow};
-use crate::lamps::{Lamps, falloff, shading};
+use crate::lamps::{Lamps, TurnedLamps, falloff, shading};
 use crate::shape::{depth, inside, normals, quantile};
 use crate::turn::{SeenPoint, head_turn, turn_degrees};
 use base::error::{Error, Result};
@@ -17,6 +17,7 @@ use light::Rig;
 use project::Project;
 use rayon::prelude::*;
 use reflectance::ReflectanceField;
+use reflectance::kernels::chunks::vectorized;
 use std::sync::Arc;
 
 /// Windows of the local contrast of plates, of pictures under one light, and of the likeness, as shares of the picture's side.
@@ -35,7 +36,11 @@ const LEAST_POSE: f32 = 1e-9;
 const DARK: f32 = 2e-3 / 0.7;
 /// Quantile of the subject's light that counts as its bright level.
 const BRIGHT: f32 = 0.95;
-/// Pictures are matched at twice the working size, but at no more than this many pixels a side.
+/// Pixels from one point to the next of those that decide the turn of the head.
+const POINTS: usize = 2;
+/// Pixels that a thread predicts at a time.
+const PIXELS: usize = 128;
+/// Pictures are matched at half as many pixels a side again as the working size has, but at no more than this many.
 const MOST_SIDE: usize = 384;
 
 /// A pose under the interview's light beside its OLATs.
@@ -57,7 +62,7 @@ struct Pose {
     /// Heights towards the camera in pixels.
     depth: Raster<f32>,
     normals: Vec<Vec3>,
-    /// Roots of the OLATs over their lamps' energy and shading: `bare[(pixel · 3 + channel) · lamps + lamp]`.
+    /// Roots of the OLATs over their lamps' energy and shading: `bare[(pixel · 3 + channel) · stride + lamp]`.
     bare: Vec<f32>,
 }
 
@@ -169,7 +174,7 @@ struct Target<'a> {
 
 /// An exemplar's prediction of the frame.
 struct Said {
-    /// Roots of the OLATs, exact under the interview's light: `roots[(i · 3 + channel) · lamps + lamp]` of the pixel
+    /// Roots of the OLATs, exact under the interview's light: `roots[(i · 3 + channel) · stride + lamp]` of the pixel
     /// `Target::pixels[i]`.
     roots: Vec<f32>,
     /// Angle in degrees between each lamp of the frame and the nearest of the exemplar.
@@ -215,7 +220,8 @@ impl<'a> Target<'a> {
     fn asked(&self, pose: &Pose) -> Said {
         let first = self.matched(pose, self.offsets(&self.contrast, &pose.contrast));
         let coverage = first.pulled(&pose.mask);
-        let (_, lit) = self.predicted(pose, &first);
+        let lamps = &self.transfer.lamps;
+        let (_, lit) = self.predicted(pose, &lamps.turned(&first.turn), &first);
         let relit = self.spread(&lit).map(luminance);
         let covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));
         let more = self.offsets(
@@ -223,23 +229,23 @@ impl<'a> Target<'a> {
             &matched_contrast(&relit, &covered, SAME_LIGHT),
         );
         let found = self.matched(pose, first.followed(more));
-        let (mut roots, lit) = self.predicted(pose, &found);
-        let lamps = self.transfer.lamps.len();
+        let turned = lamps.turned(&found.turn);
+        let (mut roots, lit) = self.predicted(pose, &turned, &found);
+        let stride = lamps.stride;
         for ((roots, lit), &p) in roots
-            .chunks_exact_mut((3 * lamps).max(1))
+            .chunks_exact_mut((3 * stride).max(1))
             .zip(&lit)
             .zip(&self.pixels)
         {
-            for (c, roots) in roots.chunks_exact_mut(lamps).enumerate() {
+            for (c, roots) in roots.chunks_exact_mut(stride).enumerate() {
                 let scale = (self.frame.plate.pixels[p][c].max(0.0) / lit[c].max(self.dark)).sqrt();
                 roots.iter_mut().for_each(|root| *root *= scale);
             }
         }
         let like = self.likeness(&self.spread(&lit).map(luminance), &found.pulled(&pose.mask));
-        let blends = self.transfer.lamps.blends(&found.turn);
         Said {
             roots,
-            nearest: blends.iter().map(|blend| blend.nearest).collect(),
+            nearest: turned.nearest,
             like,
             pose: (-0.5 * (turn_degrees(&found.turn) / POSE).powi(2)).exp() + LEAST_POSE,
         }
@@ -279,6 +285,7 @@ impl<'a> Target<'a> {
         let depth = found.pulled(&pose.depth);
         let middle = [width as f32 / 2.0, height as f32 / 2.0];
         let points: Vec<SeenPoint> = (0..width * height)
+            .filter(|&p| (p % width).is_multiple_of(POINTS) && (p / width).is_multiple_of(POINTS))
             .filter(|&p| self.inside.pixels[p] && coverage.pixels[p] > 0.95)
             .map(|p| {
                 let (x, y) = ((p % width) as f32, (p / width) as f32);
@@ -294,46 +301,53 @@ impl<'a> Target<'a> {
     }
 
     /// Roots of the OLATs that the pose alone predicts, as [`Said::roots`], and their sums under the interview's light.
-    fn predicted(&self, pose: &Pose, found: &Match) -> (Vec<f32>, Vec<[f32; 3]>) {
-        let lamps = &self.transfer.lamps;
-        let (count, blends) = (lamps.len(), lamps.blends(&found.turn));
-        let energies: [Vec<f32>; 3] =
-            std::array::from_fn(|c| lamps.energies.iter().map(|energy| energy[c]).collect());
-        let mut roots = vec![0.0; self.pixels.len() * 3 * count];
-        let width = found.size.0;
-        let predict = |(roots, &p): (&mut [f32], &usize)| {
-            let places = found.place((p % width, p / width));
-            let normal: Vec3 = places.iter().map(|&(q, w)| pose.normals[q] * w).sum();
-            let wanted: Vec<f32> = blends
-                .iter()
-                .map(|blend| shading(normal, blend.direction))
-                .collect();
-            let mut pulled = vec![0.0; 3 * count];
-            pull(&pose.bare, places, &mut pulled);
-            std::array::from_fn(|c| {
-                let (pulled, roots) = (
-                    &pulled[c * count..][..count],
-                    &mut roots[c * count..][..count],
-                );
-                let mut lit = 0.0;
-                for (l, (root, blend)) in roots.iter_mut().zip(&blends).enumerate() {
-                    let bare: f32 = blend
-                        .weights
-                        .iter()
-                        .map(|&(m, weight)| weight * pulled[m])
-                        .sum();
-                    let scale = wanted[l] * energies[c][l];
-                    lit += self.transfer.weights[l][c] * scale * bare * bare;
-                    *root = scale.sqrt() * bare;
-                }
-                lit
-            })
+    fn predicted(
+        &self,
+        pose: &Pose,
+        turned: &TurnedLamps,
+        found: &Match,
+    ) -> (Vec<f32>, Vec<[f32; 3]>) {
+        let (lamps, weights) = (&self.transfer.lamps, &self.transfer.weights);
+        let stride = lamps.stride;
+        let by_channel = |of: &[[f32; 3]]| -> [Vec<f32>; 3] {
+            std::array::from_fn(|c| lamps.padded(of.iter().map(|value| value[c])))
         };
-        let lit = roots
-            .par_chunks_exact_mut((3 * count).max(1))
-            .zip(&self.pixels)
-            .map(predict)
-            .collect();
+        let (energies, weights) = (by_channel(&lamps.energies), by_channel(weights));
+        let mut roots = vec![0.0; self.pixels.len() * 3 * stride];
+        let mut lit = vec![[0.0; 3]; self.pixels.len()];
+        let width = found.size.0;
+        let predict = |((roots, lit), pixels): ((&mut [f32], &mut [[f32; 3]]), &[usize])| {
+            let (mut wanted, mut pulled) = (vec![0.0; stride], vec![0.0; 3 * stride]);
+            let (energies, weights) = (&energies, &weights);
+            vectorized(
+                #[inline(always)]
+                || {
+                    for (i, &p) in pixels.iter().enumerate() {
+                        let places = found.place((p % width, p / width));
+                        let normal: Vec3 = places.iter().map(|&(q, w)| pose.normals[q] * w).sum();
+                        turned.shade(normal, &mut wanted);
+                        pull(&pose.bare, places, &mut pulled);
+                        for c in 0..3 {
+                            let out = &mut roots[(3 * i + c) * stride..][..stride];
+                            turned.blend(&pulled[c * stride..][..stride], out);
+                            let mut sum = 0.0;
+                            let lamps = wanted.iter().zip(&energies[c]).zip(&weights[c]);
+                            for (root, ((wanted, energy), weight)) in out.iter_mut().zip(lamps) {
+                                let scale = wanted * energy;
+                                sum += weight * scale * *root * *root;
+                                *root *= scale.sqrt();
+                            }
+                            lit[i][c] = sum;
+                        }
+                    }
+                },
+            );
+        };
+        roots
+            .par_chunks_mut((PIXELS * 3 * stride).max(1))
+            .zip(lit.par_chunks_mut(PIXELS))
+            .zip(self.pixels.par_chunks(PIXELS))
+            .for_each(predict);
         (roots, lit)
     }
 
@@ -404,8 +418,9 @@ impl<'a> Target<'a> {
     /// The blend of all predictions, summing to the frame under the interview's light.
     fn blended(&self, said: &[Said]) -> Carried {
         let (width, height) = self.plate.size();
-        let (count, weights) = (self.transfer.lamps.len(), &self.transfer.weights);
-        let values = 3 * count;
+        let (lamps, weights) = (&self.transfer.lamps, &self.transfer.weights);
+        let (count, stride) = (lamps.len(), lamps.stride);
+        let values = 3 * stride;
         let nearest: Vec<f32> = (0..count)
             .map(|l| {
                 said.iter()
@@ -415,50 +430,60 @@ impl<'a> Target<'a> {
             .collect();
         let near: Vec<Vec<f32>> = (said.iter())
             .map(|one| {
-                one.nearest
-                    .iter()
-                    .zip(&nearest)
-                    .map(|(angle, nearest)| one.pose * falloff(*angle, *nearest))
-                    .collect()
+                let angles = one.nearest.iter().zip(&nearest);
+                lamps.padded(angles.map(|(angle, nearest)| one.pose * falloff(*angle, *nearest)))
             })
             .collect();
         let mut olats = vec![0.0; self.pixels.len() * values];
-        olats
-            .par_chunks_exact_mut(values.max(1))
-            .enumerate()
-            .for_each(|(i, out)| {
-                let p = self.pixels[i];
-                let mut below = vec![0.0; count];
-                for (one, near) in said.iter().zip(&near) {
-                    let like = one.like.pixels[p];
-                    for (below, near) in below.iter_mut().zip(near) {
-                        *below += like * near;
-                    }
-                    for (out, roots) in out
-                        .chunks_exact_mut(count)
-                        .zip(one.roots[i * values..][..values].chunks_exact(count))
+        let blend = |(first, (olats, pixels)): (usize, (&mut [f32], &[usize]))| {
+            let mut below = vec![0.0; stride];
+            vectorized(
+                #[inline(always)]
+                || {
+                    for ((i, &p), out) in pixels
+                        .iter()
+                        .enumerate()
+                        .zip(olats.chunks_exact_mut(values))
                     {
-                        for ((out, root), near) in out.iter_mut().zip(roots).zip(near) {
-                            *out += like * near * root;
+                        let i = first * PIXELS + i;
+                        below.fill(0.0);
+                        for (one, near) in said.iter().zip(&near) {
+                            let like = one.like.pixels[p];
+                            for (below, near) in below.iter_mut().zip(near) {
+                                *below += like * near;
+                            }
+                            let roots = one.roots[i * values..][..values].chunks_exact(stride);
+                            for (out, roots) in out.chunks_exact_mut(stride).zip(roots) {
+                                for ((out, root), near) in out.iter_mut().zip(roots).zip(near) {
+                                    *out += like * near * root;
+                                }
+                            }
+                        }
+                        for (c, out) in out.chunks_exact_mut(stride).enumerate() {
+                            let mut sum = 0.0;
+                            for ((out, below), weight) in out.iter_mut().zip(&below).zip(weights) {
+                                let root = *out / below.max(f32::MIN_POSITIVE);
+                                *out = root * root;
+                                sum += weight[c] * *out;
+                            }
+                            let scale = self.frame.plate.pixels[p][c].max(0.0) / sum.max(self.dark);
+                            out.iter_mut().for_each(|out| *out *= scale);
                         }
                     }
-                }
-                for (c, out) in out.chunks_exact_mut(count).enumerate() {
-                    let mut sum = 0.0;
-                    for ((out, below), weight) in out.iter_mut().zip(&below).zip(weights) {
-                        *out = (*out / below.max(f32::MIN_POSITIVE)).powi(2);
-                        sum += weight[c] * *out;
-                    }
-                    let scale = self.frame.plate.pixels[p][c].max(0.0) / sum.max(self.dark);
-                    out.iter_mut().for_each(|out| *out *= scale);
-                }
-            });
-        let mut planes = vec![0.0; values * width * height];
+                },
+            );
+        };
+        olats
+            .par_chunks_mut((PIXELS * values).max(1))
+            .zip(self.pixels.par_chunks(PIXELS))
+            .enumerate()
+            .for_each(blend);
+        let mut planes = vec![0.0; 3 * count * width * height];
         planes
             .par_chunks_exact_mut((width * height).max(1))
             .enumerate()
             .for_each(|(plane, out)| {
-                let at = plane % 3 * count + plane / 3;
+                let at = plane % 3 * stride + plane / 3;
                 for (i, &p) in self.pixels.iter().enumerate() {
                     out[p] = olats[i * values + at];
                 }
@@ -534,6 +559,7 @@ impl Match {
 }
 
 /// The values of one pixel, pulled over by bilinear interpolation.
+#[inline(always)]
 fn pull(values: &[f32], places: [(usize, f32); 4], out: &mut [f32]) {
     let n = out.len();
     let [a, b, c, d] = places.map(|(p, _)| &values[p * n..][..n]);
@@ -569,9 +595,9 @@ impl Pose {
         } else {
             normals(&even, &directions)
         };
-        let count = lamps.len();
-        let mut bare = vec![0.0; pixels * 3 * count];
-        bare.par_chunks_exact_mut((3 * count).max(1))
+        let stride = lamps.stride;
+        let mut bare = vec![0.0; pixels * 3 * stride];
+        bare.par_chunks_exact_mut((3 * stride).max(1))
             .zip(&normals)
             .enumerate()
             .for_each(|(p, (bare, normal))| {
@@ -580,7 +606,7 @@ impl Pose {
                 {
                     let shading = shading(*normal, *direction);
                     for c in 0..3 {
-                        bare[c * count + m] =
+                        bare[c * stride + m] =
                             (olat.pixels[p][c].max(0.0) / (lamps.energies[m][c] * shading)).sqrt();
                     }
                 }
@@ -609,7 +635,7 @@ fn matched_contrast(light: &Raster<f32>, matte: &Mask, radius: f32) -> Raster<f3
     if longer == 0 {
         return contrast;
     }
-    let side = (2 * longer).min(MOST_SIDE);
+    let side = (longer + longer / 2).min(MOST_SIDE);
     resize(
         &contrast,
         (width * side).div_ceil(longer),
