@@ -170,7 +170,7 @@ mod tests {
 
     /// The pose's lamp that has most of a frame's lamp, with its weight.
     fn most(turned: &TurnedLamps, l: usize) -> (usize, f32) {
-        let count = turned.nearest.len();
+        let (count, stride) = (turned.nearest.len(), turned.ambient.len());
         let weights = (0..count).map(|m| (m, turned.weights[m * stride + l]));
         let sum: f32 = weights.clone().map(|(_, weight)| weight).sum();
         assert!((sum - 1.0).abs() < 1e-5);
@@ -203,9 +203,9 @@ mod tests {
         let turned = Lamps::new(&rig).turned(&Mat3::from_rotation_y(0.5));
         assert_eq!(most(&turned, 3), (3, 1.0));
         for l in (0..12).filter(|&l| l != 3) {
-            assert_eq!(turned.weights[3 * 12 + l], 0.0);
+            assert_eq!(turned.weights[3 * 16 + l], 0.0);
         }
-        let mut shades = [0.0; 12];
+        let mut shades = [0.0; 16];
         turned.shade(-Vec3::Z, &mut shades);
         assert_eq!(shades[3], 1.0);
     }
