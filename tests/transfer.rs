@@ -114,7 +114,10 @@ fn olats_of_an_unseen_frame_are_nearer_to_the_truth_than_those_of_any_pose() {
             pose.exemplar.pose
         );
     }
-    assert!(carried.trust.pixels.iter().all(|t| (0.0..=1.0).contains(t)));
+    let finite = |values: &[f32]| values.iter().all(|v| v.is_finite() && *v >= 0.0);
+    assert!(finite(&carried.unlike.pixels) && finite(&carried.spread.pixels));
+    assert!(finite(&carried.lamp_spreads) && carried.lamp_spreads.len() == 20);
+    assert!(carried.pose.is_some());
 }
 
 #[test]

@@ -6,20 +6,26 @@ use clap::Args;
 use std::path::PathBuf;
 use worker::Job;
 
-/// Estimate how far predictions can be trusted without a ground truth: which frames are unlike every photographed pose,
-/// which to photograph as poses next and, with --errors, how large the errors are. For that it trains a network for each
-/// pose without it, and compares it with the pose's photographs.
+/// Estimate how far predictions can be trusted without a ground truth: frames that are unlike every photographed pose, frames
+/// to photograph as poses next, and the errors to expect, by frame, place and lamp. Each pose is predicted from the others and
+/// compared with its photographs: no training is needed.
 ///
-/// Results are kept in the project's folder `confidence`; a stopped run resumes.
+/// Results are kept in the project's folder `confidence`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: afterlight confidence interview\n         afterlight confidence interview --errors 20"
+    after_help = "Example: afterlight confidence interview\n         afterlight confidence interview --poses 5 --truth shoot"
 )]
 pub struct ConfidenceArgs {
     /// The project's folder.
     project: PathBuf,
     #[command(flatten)]
     settings: ConfidenceSettings,
+    /// Accepted from earlier versions, without effect.
+    #[arg(long, hide = true)]
+    errors: Option<f64>,
+    /// Accepted from earlier versions, without effect.
+    #[arg(long, hide = true)]
+    device: Option<gpu::DeviceChoice>,
     #[command(flatten)]
     pub output: OutputArgs,
 }

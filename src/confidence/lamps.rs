@@ -1,11 +1,11 @@
 //! Under which lamps a picture's OLATs are worst.
 //!
 //! Of a left-out pose is known by how much each lamp's error is above the picture's. What lamps have in common in all poses is
-//! taken from there; what a lamp changed since the middle of the training, more than it usually does, tells the rest.
+//! taken from there; what a lamp spread since the middle of the training, more than it usually does, tells the rest.
 
 use serde::{Deserialize, Serialize};
 
-/// A lamp's error may at most grow with this power of its change.
+/// A lamp's error may at most grow with this power of its spread.
 const MOST_SLOPE: f64 = 1.0;
 const LEAST: f64 = 1e-12;
 
@@ -14,17 +14,17 @@ const LEAST: f64 = 1e-12;
 pub struct LampErrors {
     /// Mean squared errors of encoded values.
     pub squared_errors: Vec<f64>,
-    /// Mean squared changes since the middle of the training; empty if no network was kept from there.
-    pub squared_changes: Vec<f64>,
+    /// Variances of the exemplars' predictions about their blend; empty if unknown.
+    pub squared_spreads: Vec<f64>,
 }
 
 /// How a picture's error is shared among the lamps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LampShares {
-    /// Logarithms of each lamp's usual error, and of its usual change, over the picture's.
+    /// Logarithms of each lamp's usual error, and of its usual spread, over the picture's.
     errors: Vec<f64>,
-    changes: Vec<f64>,
-    /// The power of a change that is not usual.
+    spreads: Vec<f64>,
+    /// The power of a spread that is not usual.
     slope: f64,
 }
 
@@ -39,11 +39,11 @@ impl LampShares {
             .iter()
             .map(|pose| shares(&pose.squared_errors))
             .collect();
-        let has_changes = poses.iter().all(|pose| pose.squared_changes.len() == lamps);
-        let changes: Vec<Vec<f64>> = if has_changes {
+        let has_spreads = poses.iter().all(|pose| pose.squared_spreads.len() == lamps);
+        let spreads: Vec<Vec<f64>> = if has_spreads {
             poses
                 .iter()
-                .map(|pose| shares(&pose.squared_changes))
+                .map(|pose| shares(&pose.squared_spreads))
                 .collect()
         } else {
             vec![vec![0.0; lamps]; poses.len()]
@@ -52,19 +52,19 @@ impl LampShares {
             let of = |lamp: usize| all.iter().map(|one| one[lamp]).sum::<f64>() / all.len() as f64;
             (0..lamps).map(of).collect()
         };
-        let (usual_errors, usual_changes) = (mean(&errors), mean(&changes));
+        let (usual_errors, usual_spreads) = (mean(&errors), mean(&spreads));
         let (mut together, mut square) = (0.0, 0.0);
-        for (errors, changes) in errors.iter().zip(&changes) {
+        for (errors, spreads) in errors.iter().zip(&spreads) {
             for lamp in 0..lamps {
-                let change = changes[lamp] - usual_changes[lamp];
-                together += change * (errors[lamp] - usual_errors[lamp]);
-                square += change * change;
+                let spread = spreads[lamp] - usual_spreads[lamp];
+                together += spread * (errors[lamp] - usual_errors[lamp]);
+                square += spread * spread;
             }
         }
         let slope = together / square;
         Some(Self {
             errors: usual_errors,
-            changes: usual_changes,
+            spreads: usual_spreads,
             slope: if slope.is_finite() {
                 slope.clamp(0.0, MOST_SLOPE)
             } else {
@@ -73,17 +73,17 @@ impl LampShares {
         })
     }
 
-    /// PSNR of each lamp's OLAT in decibels, of a picture's and of its squared changes by lamp, if they are known.
-    pub fn decibels(&self, picture_db: f64, squared_changes: Option<&[f64]>) -> Vec<f64> {
-        let changes = squared_changes
-            .filter(|changes| changes.len() == self.errors.len())
+    /// PSNR of each lamp's OLAT in decibels, of a picture's and of its squared spreads by lamp, if they are known.
+    pub fn decibels(&self, picture_db: f64, squared_spreads: Option<&[f64]>) -> Vec<f64> {
+        let spreads = squared_spreads
+            .filter(|spreads| spreads.len() == self.errors.len())
             .map(shares);
         let logs: Vec<f64> = (0..self.errors.len())
             .map(|lamp| {
-                let change = changes
+                let spread = spreads
                     .as_ref()
-                    .map_or(0.0, |changes| changes[lamp] - self.changes[lamp]);
-                self.errors[lamp] + self.slope * change
+                    .map_or(0.0, |spreads| spreads[lamp] - self.spreads[lamp]);
+                self.errors[lamp] + self.slope * spread
             })
             .collect();
         // Together they are the picture's.
@@ -113,19 +113,19 @@ fn shares(squares: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Poses whose lamps err by a pattern of their own, times their unusual change to the power 0.5.
+    /// Poses whose lamps err by a pattern of their own, times their unusual spread to the power 0.5.
     fn pose(unusual: [f64; 3]) -> LampErrors {
         let (pattern, usual) = ([1.0, 4.0, 0.5], [0.2, 0.1, 0.4]);
         LampErrors {
             squared_errors: (0..3)
                 .map(|i| pattern[i] * f64::powf(unusual[i], 0.5))
                 .collect(),
-            squared_changes: (0..3).map(|i| usual[i] * unusual[i]).collect(),
+            squared_spreads: (0..3).map(|i| usual[i] * unusual[i]).collect(),
         }
     }
 
     #[test]
-    fn lamps_that_err_most_are_found_and_what_a_lamp_changed_tells_more() {
+    fn lamps_that_err_most_are_found_and_what_a_lamp_spread_tells_more() {
         let poses = [
             pose([1.0, 1.0, 1.0]),
             pose([2.0, 0.5, 1.0]),
@@ -138,12 +138,12 @@ mod tests {
         // All lamps together are the picture.
         let mean = usual.iter().map(|db| 10f64.powf(-db / 10.0)).sum::<f64>() / 3.0;
         assert!((-10.0 * mean.log10() - 30.0).abs() < 1e-9);
-        let changed = shares.decibels(30.0, Some(&pose([50.0, 1.0, 1.0]).squared_changes));
-        assert!(changed[0] < usual[0] - 3.0, "{changed:?}");
-        // Without changes the pattern alone speaks; nothing is made of nothing, and NaN stays out.
+        let spread = shares.decibels(30.0, Some(&pose([50.0, 1.0, 1.0]).squared_spreads));
+        assert!(spread[0] < usual[0] - 3.0, "{spread:?}");
+        // Without spreads the pattern alone speaks; nothing is made of nothing, and NaN stays out.
         let plain: Vec<LampErrors> = (poses.iter())
             .map(|pose| LampErrors {
-                squared_changes: Vec::new(),
+                squared_spreads: Vec::new(),
                 ..pose.clone()
             })
             .collect();
@@ -152,7 +152,7 @@ mod tests {
         assert!(LampShares::learn(&[]).is_none());
         let broken = LampErrors {
             squared_errors: vec![f64::NAN, 0.0, 1.0],
-            squared_changes: vec![0.0; 3],
+            squared_spreads: vec![0.0; 3],
         };
         let broken = LampShares::learn(&[&broken, &poses[0]]).unwrap();
         assert!(

@@ -1,46 +1,36 @@
-//! How large an error is, by how far a picture is from the poses and how much the network still changed there, learnt from
-//! poses that a network has not seen.
+//! How large an error is, by the light that the best exemplar leaves unexplained and by the spread of the exemplars, learnt
+//! from poses that are predicted from the others.
 //!
-//! With e a cell's error, d its distance and s its change since the middle of the training, ln e = a + b ln d + c ln s is
-//! fitted over the cells of all left-out poses, each pose weighing the same; where no network from the middle is kept, c is 0.
-//! The cells of one pose err together, so what is said of new pictures is counted by pose, as conformal
-//! prediction does (Vovk et al. 2005): of each pose is known by which factor the relation has to be raised to hold for a
-//! share of its cells, and for its whole picture. If a new picture is to the poses as each of them is to the others, then
-//! with k poses the largest factor holds for it with a chance of k of k + 1.
+//! With e a cell's error, d its distance and s its spread, ln e = a + b ln d + c ln s is fitted over the cells of all left-out
+//! poses, each pose weighing the same. The cells of one pose err together, so coverage is counted by pose, as conformal
+//! prediction does (Vovk et al. 2005): each pose gives the factor by which the relation has to be raised to hold for a share of
+//! its cells, and for its whole picture. If a new picture is to the poses as each of them is to the others, then with k poses
+//! the largest factor holds for it with a chance of k of k + 1.
 
-use super::cells::Differences;
 use super::lamps::LampErrors;
 use serde::{Deserialize, Serialize};
 
-/// Distances, changes and errors below these are as good as none.
+/// Distances, spreads and errors below these are as good as none.
 const LEAST_DISTANCE: f64 = 1e-3;
 const LEAST_ERROR: f64 = 1e-4;
-/// An error may at most grow with this power of distance, and of change.
+/// An error may at most grow with this power of distance, and of spread.
 const MOST_SLOPE: f64 = 2.0;
 
 /// What a cell shows without a truth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sign {
-    /// Distance to the poses that the network knew.
+    /// Root mean square of the logarithm of frame over best prediction under the interview's light.
     pub distance: f64,
-    /// Root mean square change of encoded values since the middle of the training; None if no network was kept from there.
-    pub change: Option<f64>,
+    /// Deviation of the exemplars' predictions about their blend, as roots of light.
+    pub spread: f64,
 }
 
 impl Sign {
-    /// The sign of a cell.
-    pub fn of(cell: usize, distance: f32, changed: Option<&Differences>) -> Self {
-        Self {
-            distance: f64::from(distance),
-            change: changed.map(|changed| changed.cells[cell].sqrt()),
-        }
-    }
-
     fn logs(&self) -> [f64; 2] {
-        let change = self
-            .change
-            .map_or(0.0, |change| change.max(LEAST_ERROR).ln());
-        [self.distance.max(LEAST_DISTANCE).ln(), change]
+        [
+            self.distance.max(LEAST_DISTANCE).ln(),
+            self.spread.max(LEAST_ERROR).ln(),
+        ]
     }
 }
 
@@ -57,19 +47,11 @@ pub struct PoseErrors {
     pub lamps: LampErrors,
 }
 
-impl PoseErrors {
-    /// Leaves out what the network still changed.
-    pub fn forget_changes(&mut self) {
-        self.signs.iter_mut().for_each(|sign| sign.change = None);
-        self.lamps.squared_changes.clear();
-    }
-}
-
-/// Error over distance and change.
+/// Error over distance and spread.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Relation {
     intercept: f64,
-    /// Powers of distance and of change.
+    /// Powers of distance and of spread.
     slopes: [f64; 2],
     /// The factor at which half of the poses have this share of their cells within what is said, and that at which all have.
     cell_factors: [f64; 2],
@@ -87,8 +69,7 @@ impl Relation {
             .map(|pose| {
                 let pairs = pose.signs.iter().zip(&pose.squared_errors);
                 let usable = pairs.filter(|(sign, e)| {
-                    let change = sign.change.unwrap_or_default();
-                    sign.distance.is_finite() && change.is_finite() && e.is_finite()
+                    sign.distance.is_finite() && sign.spread.is_finite() && e.is_finite()
                 });
                 let log = |(sign, e): (&Sign, &f64)| (sign.logs(), e.sqrt().max(LEAST_ERROR).ln());
                 usable.map(log).collect()
@@ -107,13 +88,9 @@ impl Relation {
         let (x, y) = ([0, 1].map(|i| mean(&|c| c.0[i])), mean(&|c| c.1));
         let among = |i: usize, j: usize| mean(&|c| (c.0[i] - x[i]) * (c.0[j] - x[j]));
         let with = |i: usize| mean(&|c| (c.0[i] - x[i]) * (c.1 - y));
-        let changes_known = poses
-            .iter()
-            .flat_map(|pose| &pose.signs)
-            .all(|sign| sign.change.is_some());
         let slopes = slopes(
             [[among(0, 0), among(0, 1)], [among(1, 0), among(1, 1)]],
-            [with(0), if changes_known { with(1) } else { 0.0 }],
+            [with(0), with(1)],
         );
         let mut found = Self {
             intercept: y - slopes[0] * x[0] - slopes[1] * x[1],
@@ -142,7 +119,7 @@ impl Relation {
         Some(found)
     }
 
-    /// The logarithm of the relation alone, of those of distance and change.
+    /// The logarithm of the relation alone, of those of distance and spread.
     fn log(&self, sign: [f64; 2]) -> f64 {
         self.intercept + self.slopes[0] * sign[0] + self.slopes[1] * sign[1]
     }
@@ -203,7 +180,7 @@ fn slopes(among: [[f64; 2]; 2], with: [f64; 2]) -> [f64; 2] {
         (with[1] * among[0][0] - with[0] * among[1][0]) / determinant,
     ];
     let mut candidates = vec![alone(0), alone(1)];
-    if with[1] != 0.0 && both.iter().all(|slope| (0.0..=MOST_SLOPE).contains(slope)) {
+    if both.iter().all(|slope| (0.0..=MOST_SLOPE).contains(slope)) {
         candidates.push(both);
     }
     let best = candidates

@@ -1,17 +1,15 @@
 //! What was found, and its words.
 
-use super::folds::folder;
 use super::lamps::LampShares;
 use super::relation::{PoseErrors, Relation, Sign};
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
 use project::Project;
-use reflectance::checkpoint;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::PathBuf;
 
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 const NAME: &str = "confidence.json";
 /// The share of a picture's cells that what is said of errors holds for.
 pub const SAID_SHARE: f64 = 0.8;
@@ -20,10 +18,9 @@ pub const SAID_SHARE: f64 = 0.8;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConfidenceReport {
     pub format: u32,
-    /// Steps and seconds of training of the network that was asked: of another one the figures say nothing.
-    pub step: u64,
-    pub seconds: f64,
-    /// The distance of each pose to the others, in deviations of the network's features.
+    /// Mark of the calibration that it was made with.
+    pub calibration: String,
+    /// Distance of each pose predicted from the others: root mean square of the logarithm of pose over best prediction.
     pub pose_distances: Vec<f32>,
     /// The largest of them: a frame farther from all poses is unlike them.
     pub far: f32,
@@ -32,9 +29,7 @@ pub struct ConfidenceReport {
     pub every: usize,
     /// Frames that, photographed as poses, would leave the least uncovered, the first the most.
     pub missing: Vec<usize>,
-    /// Minutes of training for each pose that was left out; None if errors were not asked for.
-    pub minutes: Option<f64>,
-    /// Error over distance and change, how it is shared among lamps, and what both were learnt from.
+    /// Error over distance and spread, how it is shared among lamps, and what both were learnt from.
     pub relation: Option<Relation>,
     pub lamps: Option<LampShares>,
     #[serde(default)]
@@ -143,8 +138,8 @@ impl Judged {
                 let of = &frame.lamps;
                 let mean =
                     of.squared_errors.iter().sum::<f64>() / of.squared_errors.len().max(1) as f64;
-                let changes = (!of.squared_changes.is_empty()).then_some(&of.squared_changes[..]);
-                let said = lamps.decibels(0.0, changes).into_iter();
+                let spreads = (!of.squared_spreads.is_empty()).then_some(&of.squared_spreads[..]);
+                let said = lamps.decibels(0.0, spreads).into_iter();
                 let real = of
                     .squared_errors
                     .iter()
@@ -169,6 +164,25 @@ impl Judged {
     }
 }
 
+/// Folder of what is kept.
+fn folder(project: &Project) -> PathBuf {
+    project.result_path("confidence")
+}
+
+/// What tells calibrations apart: FNV-1a of the file's text.
+///
+/// # Errors
+/// When the project has no calibration that can be read.
+pub fn mark(project: &Project) -> Result<String> {
+    let path = project.calibration_path();
+    let text = files::read_text(&path, files::MOST_TEXT)
+        .map_err(|e| Error::io("read", &path, e, "Calibrate the project again"))?;
+    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    Ok(format!("{hash:016x}"))
+}
+
 /// The correlation of pairs; 0 where one side never changes.
 fn correlation(pairs: &[(f64, f64)]) -> f64 {
     let count = pairs.len().max(1) as f64;
@@ -187,13 +201,13 @@ pub struct FrameConfidence {
     pub distance: f32,
     /// The pose that it is most like.
     pub pose: Option<usize>,
-    /// The expected error, if it was asked for.
+    /// The expected error; None without two poses that show the subject.
     pub expected: Option<Expected>,
     /// Of each of [`SIDE`](super::SIDE) × [`SIDE`](super::SIDE) cells the distance, row by row; 0 where no subject is.
     pub cells: Vec<f32>,
-    /// Of each of these cells the expected error of its OLATs, as a share of encoded white; empty if it was not asked for.
+    /// Of each of these cells the expected error of its OLATs, as a share of encoded white; empty if unknown.
     pub errors: Vec<f32>,
-    /// Of each lamp the expected PSNR of its OLAT in decibels; empty if it was not asked for.
+    /// Of each lamp the expected PSNR of its OLAT in decibels; empty if unknown.
     pub lamps: Vec<f32>,
 }
 
@@ -215,22 +229,20 @@ pub struct Expected {
 }
 
 impl ConfidenceReport {
-    pub(super) fn new(step: u64, seconds: f64, pose_distances: Vec<f32>, every: usize) -> Self {
-        Self {
+    pub(super) fn new(project: &Project, pose_distances: Vec<f32>, every: usize) -> Result<Self> {
+        Ok(Self {
             format: FORMAT,
-            step,
-            seconds,
+            calibration: mark(project)?,
             far: pose_distances.iter().copied().fold(0.0, f32::max),
             pose_distances,
             frames: Vec::new(),
             every,
             missing: Vec::new(),
-            minutes: None,
             relation: None,
             lamps: None,
             left_out: Vec::new(),
             judged: None,
-        }
+        })
     }
 
     /// Where it is kept.
@@ -257,7 +269,7 @@ impl ConfidenceReport {
         write_beside(&path, |out| out.write_all(text.as_bytes()))
     }
 
-    /// What was found for the project, if anything, and whether it is of the network that predicts now.
+    /// What was found for the project, if anything, and true if its calibration is still the same.
     ///
     /// # Errors
     /// When the file cannot be read, or is not what this program writes.
@@ -285,11 +297,7 @@ impl ConfidenceReport {
                 remedy,
             ));
         }
-        let now = checkpoint::info(&project.checkpoint_path());
-        let fits = now.is_ok_and(|info| {
-            // Not every digit comes back from a text.
-            info.step == found.step && (info.seconds - found.seconds).abs() < 1e-3
-        });
+        let fits = mark(project).is_ok_and(|mark| mark == found.calibration);
         Ok(Some((found, fits)))
     }
 

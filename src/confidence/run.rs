@@ -1,63 +1,52 @@
-//! The whole of it, for a project.
+//! The estimate for a project.
 
-use super::cells::{Cells, SIDE};
-use super::earlier::Network;
-use super::folds::{Photographed, errors, left_out};
+use super::cells::SIDE;
 use super::lamps::LampShares;
-use super::poses::{Poses, missing};
-use super::relation::{PoseErrors, Relation, Sign};
+use super::missing::{Squares, missing};
+use super::poses::{Photographed, errors, root_mean, signs, squares};
+use super::relation::{PoseErrors, Relation};
 use super::report::{ConfidenceReport, Expected, FrameConfidence, Judged, SAID_SHARE};
 use base::error::{Error, Result};
 use base::numbers::within;
 use base::progress::Progress;
 use calibration::Calibration;
-use evaluation::{Truth, excluded_check};
+use evaluation::Truth;
 use footage::{Frame, PictureSize};
-use gpu::{ComputeDevice, DeviceChoice};
 use project::Project;
 use std::path::{Path, PathBuf};
+use transfer::{Carried, Transfer};
 
 /// Frames that are looked at unless more are asked for.
 const MOST_FRAMES: usize = 400;
 
-/// What to find out.
+/// Settings of [`confidence`].
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct ConfidenceSettings {
-    /// Also say how large errors are: minutes of training for networks that each leave out one pose, all together. The more
-    /// the poses and the minutes, the surer.
-    #[arg(long, value_name = "MINUTES", value_parser = within(0.01f64..=100_000.0))]
-    pub errors: Option<f64>,
-    /// Name so many frames that are worth photographing as poses.
+    /// Frames to name that are worth photographing as poses.
     #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = within(0usize..=100))]
     pub poses: usize,
-    /// Look at every so-manieth frame [default: at most 400 of them].
+    /// Look at every N-th frame [default: at most 400 of them].
     #[arg(long, value_name = "N", value_parser = within(1usize..=1_000_000))]
     pub every: Option<usize>,
-    /// A folder with the truth of some frames: counts how often what is said of errors holds there.
-    #[arg(long, value_name = "DIR", requires = "errors")]
+    /// Folder with the truth of some frames: counts how often the expected errors hold there.
+    #[arg(long, value_name = "DIR")]
     pub truth: Option<PathBuf>,
-    /// Where the network runs.
-    #[arg(long, value_enum, default_value_t)]
-    pub device: DeviceChoice,
 }
 
 impl Default for ConfidenceSettings {
     fn default() -> Self {
         Self {
-            errors: None,
             poses: 3,
             every: None,
             truth: None,
-            device: DeviceChoice::default(),
         }
     }
 }
 
-/// Finds out how far the network's predictions can be trusted, and writes it into the project.
+/// Estimates how far predictions can be trusted, and writes it into the project.
 ///
 /// # Errors
-/// When there is no network, files cannot be read or written, or a stop was asked for; networks that were trained until then
-/// are kept, and the next run goes on.
+/// When files cannot be read or written, the shoot has fewer than two poses, or a stop was asked for.
 pub fn confidence(
     project: &Project,
     settings: &ConfidenceSettings,
@@ -65,166 +54,165 @@ pub fn confidence(
 ) -> Result<ConfidenceReport> {
     project.check_shoot()?;
     let calibration = Calibration::load(project)?;
-    let compute = ComputeDevice::choose(settings.device);
-    progress.say(format!("The network runs on the {}", compute.description));
-    let report = compute.guarded(|| find(project, &calibration, settings, &compute, progress))?;
-    report.save(project)?;
-    Ok(report)
-}
-
-fn find(
-    project: &Project,
-    calibration: &Calibration,
-    settings: &ConfidenceSettings,
-    compute: &ComputeDevice,
-    progress: &Progress,
-) -> Result<ConfidenceReport> {
-    let network = Network::open(project, compute)?;
-    let predictor = &network.predictor;
     let count = project.settings.shoot.poses.len();
     if count < 2 {
         return Err(Error::invalid(
             format!(
-                "{} has {count} pose, but how far is far can only be told from two or more",
+                "{} has {count} pose; errors are estimated by predicting each pose from the others",
                 project.root.display()
             ),
-            "Photograph more poses",
+            "Photograph two poses or more",
         ));
     }
-    // Their OLATs are read again where they are needed: all of them may be gigabytes.
-    let mut shown = Vec::with_capacity(count);
-    for pose in 0..count {
-        progress.check("Nothing was found out yet")?;
-        progress.step("reading poses", pose as u64, count as u64, "");
-        shown.push(Photographed::load(project, calibration, pose)?.frame);
-    }
-    progress.step("reading poses", count as u64, count as u64, "");
-    let mut poses = Poses::of(predictor, &shown)?;
-    let among = poses.among_themselves();
-    let frames = project.settings.shoot.frames.len();
-    let every = settings
-        .every
-        .unwrap_or(frames.div_ceil(MOST_FRAMES))
-        .max(1);
-    let info = predictor.info();
-    let distances = among.iter().map(|nearest| nearest.distance).collect();
-    let mut report = ConfidenceReport::new(info.step, info.seconds, distances, every);
-    if let Some(minutes) = settings.errors {
-        let minutes = minutes / count as f64;
-        report.minutes = Some(minutes);
-        for pose in 0..count {
-            progress.say(format!(
-                "Pose {} of {count} is left out: {minutes:.1} minutes of training",
-                pose + 1
-            ));
-            report.left_out.push(left_out(
-                (project, calibration),
-                &shown,
-                pose,
-                info,
-                minutes,
-                (compute, settings.device),
-                progress,
-            )?);
-        }
-        if !network.has_past() {
-            // What is not known of frames must not explain the poses.
-            report
-                .left_out
-                .iter_mut()
-                .for_each(PoseErrors::forget_changes);
-        }
-        report.relation = Relation::learn(&report.left_out, SAID_SHARE);
-        let lamps: Vec<_> = report.left_out.iter().map(|pose| &pose.lamps).collect();
-        report.lamps = LampShares::learn(&lamps);
-    }
-    let wanted: Vec<usize> = (0..frames).step_by(every).collect();
-    let mut all = Vec::with_capacity(wanted.len());
-    for (done, &frame) in wanted.iter().enumerate() {
-        progress.check("Networks that were trained are kept")?;
-        progress.step("looking at frames", done as u64, wanted.len() as u64, "");
-        let frame = Frame::load(project, &calibration.response, frame)?;
-        let cells = Cells::of(predictor, &frame)?;
-        let nearest = poses.nearest(&cells, None);
-        let mut map = vec![0.0; SIDE * SIDE];
-        for &(cell, distance) in &nearest.cells {
-            map[cell] = distance;
-        }
-        let mut found = FrameConfidence {
-            frame: frame.index,
-            distance: nearest.distance,
-            pose: nearest.pose,
-            expected: None,
-            cells: map,
-            errors: Vec::new(),
-            lamps: Vec::new(),
-        };
-        if let Some(relation) = &report.relation {
-            let (_, changed) = network.predict(&frame)?;
-            let signs = (nearest.cells.iter())
-                .map(|&(cell, distance)| (cell, Sign::of(cell, distance, changed.as_ref())));
-            let decibels = relation.decibels(signs.clone().map(|(_, sign)| sign));
-            found.expected = decibels.map(|[psnr_db, at_least_db]| Expected {
-                psnr_db,
-                at_least_db,
-            });
-            found.errors = vec![0.0; SIDE * SIDE];
-            for (cell, sign) in signs {
-                found.errors[cell] = relation.cells(sign)[0] as f32;
-            }
-            if let (Some(lamps), Some(expected)) = (&report.lamps, found.expected) {
-                let changes = changed.as_ref().map(|changed| &changed.lamps[..]);
-                let decibels = lamps.decibels(expected.psnr_db, changes);
-                found.lamps = decibels.into_iter().map(|db| db as f32).collect();
-            }
-        }
-        report.frames.push(found);
-        all.push(cells);
-    }
-    progress.step(
-        "looking at frames",
-        wanted.len() as u64,
-        wanted.len() as u64,
-        "",
-    );
-    if let (Some(folder), Some(relation)) = (&settings.truth, &report.relation) {
-        let judge = (&network, &poses, relation, report.lamps.as_ref());
-        report.judged = judged(project, calibration, folder, judge, progress)?;
-    }
-    let chosen = missing(&mut poses, &all, settings.poses);
-    // What is as near as poses are to each other is not missing.
-    let chosen = chosen.into_iter().filter(|(_, distance)| *distance > 0.0);
-    report.missing = chosen.map(|(place, _)| wanted[place]).collect();
+    let transfer = Transfer::open(project, &calibration)?;
+    let estimate = Estimate {
+        project,
+        calibration: &calibration,
+        transfer: &transfer,
+        progress,
+    };
+    let report = estimate.report(settings)?;
+    report.save(project)?;
     Ok(report)
 }
 
-/// How often what a relation says holds on the frames of a truth; None if it has no OLATs.
-fn judged(
-    project: &Project,
-    calibration: &Calibration,
-    folder: &Path,
-    (network, poses, relation, lamps): (&Network, &Poses, &Relation, Option<&LampShares>),
-    progress: &Progress,
-) -> Result<Option<Judged>> {
-    let truth = Truth::open(project, folder)?;
-    excluded_check(&network.predictor.info().training_frames, &truth.frames)?;
-    let frames: Vec<usize> = (truth.frames.iter().copied())
-        .filter(|&frame| truth.has_olats(frame))
-        .collect();
-    let mut found = Vec::with_capacity(frames.len());
-    for (done, &frame) in frames.iter().enumerate() {
-        progress.check("Networks that were trained are kept")?;
-        progress.step(
-            "comparing with the truth",
-            done as u64,
-            frames.len() as u64,
-            "",
-        );
-        let shown = Photographed {
-            frame: Frame::load(project, &calibration.response, frame)?,
-            olats: truth.olats_at(frame, PictureSize::Square)?,
-        };
-        found.push(errors(network, poses, &shown)?);
+struct Estimate<'a> {
+    project: &'a Project,
+    calibration: &'a Calibration,
+    transfer: &'a Transfer,
+    progress: &'a Progress<'a>,
+}
+
+impl Estimate<'_> {
+    fn report(&self, settings: &ConfidenceSettings) -> Result<ConfidenceReport> {
+        let poses = self.each(
+            "predicting poses",
+            self.project.settings.shoot.poses.len(),
+            |pose| {
+                let shown = Photographed::load(self.project, self.calibration, pose)?;
+                let carried = self.transfer.without(pose).carry(&shown.frame);
+                Ok(errors(&carried, &shown))
+            },
+        )?;
+        let far =
+            |pose: &PoseErrors| root_mean(pose.signs.iter().map(|sign| sign.distance.powi(2)));
+        let frames = self.project.settings.shoot.frames.len();
+        let every = settings
+            .every
+            .unwrap_or(frames.div_ceil(MOST_FRAMES))
+            .max(1);
+        let distances = poses.iter().map(far).collect();
+        let mut report = ConfidenceReport::new(self.project, distances, every)?;
+        report.relation = Relation::learn(&poses, SAID_SHARE);
+        let lamps: Vec<_> = poses.iter().map(|pose| &pose.lamps).collect();
+        report.lamps = LampShares::learn(&lamps);
+        report.left_out = poses;
+        let wanted: Vec<usize> = (0..frames).step_by(every).collect();
+        let looked = self.each("looking at frames", wanted.len(), |place| {
+            let frame = self.frame(wanted[place])?;
+            let carried = self.transfer.carry(&frame);
+            let found = looked_at(&report, &frame, &carried);
+            Ok((found, squares(&carried.unlike, &frame.mask)))
+        })?;
+        let (looked, unexplained): (Vec<_>, Vec<Squares>) = looked.into_iter().unzip();
+        report.frames = looked;
+        if let (Some(folder), Some(relation)) = (&settings.truth, &report.relation) {
+            report.judged = self.judged(folder, relation, report.lamps.as_ref())?;
+        }
+        let mut chosen = None;
+        let places = missing(unexplained, settings.poses, |place, farthest| {
+            self.progress.check("Nothing was written yet")?;
+            if chosen.as_ref().is_none_or(|(of, _)| *of != farthest) {
+                chosen = Some((farthest, self.frame(wanted[farthest])?));
+            }
+            let frame = self.frame(wanted[place])?;
+            let apart = chosen
+                .iter()
+                .map(|(_, chosen)| self.transfer.apart(&frame, chosen));
+            Ok::<_, Error>(
+                apart
+                    .flat_map(|unlike| squares(&unlike, &frame.mask))
+                    .collect(),
+            )
+        })?;
+        report.missing = places.into_iter().map(|place| wanted[place]).collect();
+        Ok(report)
     }
-    Ok(Judged::of(relation, lamps, &found))
+
+    fn frame(&self, frame: usize) -> Result<Frame> {
+        Frame::load(self.project, &self.calibration.response, frame)
+    }
+
+    /// Results of steps that can be stopped, in their order.
+    fn each<T>(
+        &self,
+        what: &'static str,
+        count: usize,
+        mut step: impl FnMut(usize) -> Result<T>,
+    ) -> Result<Vec<T>> {
+        let results = (0..count).map(|i| {
+            self.progress.check("Nothing was written yet")?;
+            self.progress.step(what, i as u64, count as u64, "");
+            step(i)
+        });
+        let results = results.collect();
+        self.progress.step(what, count as u64, count as u64, "");
+        results
+    }
+
+    /// How often a relation holds on the frames of a truth; None if it has no OLATs.
+    fn judged(
+        &self,
+        folder: &Path,
+        relation: &Relation,
+        lamps: Option<&LampShares>,
+    ) -> Result<Option<Judged>> {
+        let truth = Truth::open(self.project, folder)?;
+        let frames: Vec<usize> = (truth.frames.iter().copied())
+            .filter(|&frame| truth.has_olats(frame))
+            .collect();
+        let found = self.each("comparing with the truth", frames.len(), |place| {
+            let shown = Photographed {
+                frame: self.frame(frames[place])?,
+                olats: truth.olats_at(frames[place], PictureSize::Square)?,
+            };
+            Ok(errors(&self.transfer.carry(&shown.frame), &shown))
+        })?;
+        Ok(Judged::of(relation, lamps, &found))
+    }
+}
+
+/// The estimate of one frame.
+fn looked_at(report: &ConfidenceReport, frame: &Frame, carried: &Carried) -> FrameConfidence {
+    let signs = signs(carried, &frame.mask);
+    let mut found = FrameConfidence {
+        frame: frame.index,
+        distance: root_mean(signs.iter().map(|(_, sign)| sign.distance.powi(2))),
+        pose: carried.pose,
+        expected: None,
+        cells: vec![0.0; SIDE * SIDE],
+        errors: Vec::new(),
+        lamps: Vec::new(),
+    };
+    for (cell, sign) in &signs {
+        found.cells[*cell] = sign.distance as f32;
+    }
+    let Some(relation) = &report.relation else {
+        return found;
+    };
+    let decibels = relation.decibels(signs.iter().map(|(_, sign)| *sign));
+    found.expected = decibels.map(|[psnr_db, at_least_db]| Expected {
+        psnr_db,
+        at_least_db,
+    });
+    found.errors = vec![0.0; SIDE * SIDE];
+    for (cell, sign) in signs {
+        found.errors[cell] = relation.cells(sign)[0] as f32;
+    }
+    if let (Some(lamps), Some(expected)) = (&report.lamps, found.expected) {
+        let spreads: Vec<f64> = carried.lamp_spreads.iter().map(|v| f64::from(*v)).collect();
+        let decibels = lamps.decibels(expected.psnr_db, Some(&spreads));
+        found.lamps = decibels.into_iter().map(|db| db as f32).collect();
+    }
+    found
 }

@@ -1,79 +1,57 @@
 //! Distances and relations on numbers that are known, and the whole way on a small shoot.
 
 use super::cells::{Differences, mean_of_cells};
-use super::poses::missing;
+use super::missing::missing;
 use super::*;
 use base::progress::Progress;
-use gpu::DeviceChoice;
 use imaging::{Image, Mask};
 use test_shoot::TestShoot;
-use training::{Preset, TrainSettings, train};
-
-/// Cells whose two features are these, all of the subject.
-fn cells(of: impl Fn(usize) -> [f32; 2]) -> Cells {
-    let values = (0..SIDE * SIDE).flat_map(of).collect();
-    Cells::from_values(2, values, vec![true; SIDE * SIDE])
-}
 
 fn noise(seed: usize) -> f32 {
     (seed.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0 - 0.5
 }
 
 #[test]
-fn a_pose_is_at_no_distance_from_itself_and_units_do_not_matter() {
-    let pose = |k: usize, unit: f32| cells(move |i| [noise(7 * i + k), unit * noise(11 * i + k)]);
-    let poses = |unit| Poses::from_cells((0..3).map(|k| vec![pose(k, unit)]).collect());
-    let plain = poses(1.0);
-    let own = plain.nearest(&pose(1, 1.0), None);
-    assert_eq!((own.distance, own.pose), (0.0, Some(1)));
-    let apart = plain.nearest(&pose(1, 1.0), Some(1)).distance;
-    assert!(apart > 0.0);
-    let scaled = poses(1e3).nearest(&pose(1, 1e3), Some(1)).distance;
-    assert!((scaled / apart - 1.0).abs() < 1e-3, "{scaled} {apart}");
-    // One deviation in each feature is a distance of one.
-    let flat = |v: f32| cells(move |_| [v, v]);
-    let two = Poses::from_cells(vec![vec![flat(-1.0)], vec![flat(1.0)]]);
-    assert!((two.nearest(&flat(2.0), None).distance - 1.0).abs() < 1e-5);
-    // Nothing to compare with, and features that never change.
-    let none = Poses::from_cells(Vec::new());
-    assert_eq!(none.nearest(&flat(1.0), None).pose, None);
-    let same = Poses::from_cells(vec![vec![flat(1.0)], vec![flat(1.0)]]);
-    assert_eq!(same.nearest(&flat(5.0), None).distance, 0.0);
-}
-
-#[test]
-fn the_picture_farthest_from_all_is_missed_first_and_bad_mattes_are_not() {
-    let at = |v: f32| cells(move |i| [v, 0.01 * noise(i)]);
-    let mut poses = Poses::from_cells(vec![vec![at(0.0)], vec![at(1.0)]]);
-    let mut pictures: Vec<Cells> = [0.5, 4.0, 3.9, -2.0, 0.9].map(at).into();
-    // A matte that shows a corner alone.
-    let corner = (0..SIDE * SIDE).map(|cell| cell < 3).collect();
-    let values = (0..SIDE * SIDE).flat_map(|_| [99.0, 0.0]).collect();
-    pictures.push(Cells::from_values(2, values, corner));
-    let found: Vec<usize> = (missing(&mut poses, &pictures, 2).iter())
-        .map(|(picture, _)| *picture)
+fn the_frame_farthest_from_all_is_missed_first_and_bad_mattes_are_not() {
+    let at = |distance: f64| -> Vec<(usize, f64)> {
+        (0..9).map(|cell| (cell, distance * distance)).collect()
+    };
+    let places: [f64; 5] = [0.5, 4.0, 3.9, -2.0, 0.9];
+    let mut frames: Vec<_> = places
+        .iter()
+        .map(|place| at(place.abs().min((place - 1.0).abs())))
         .collect();
-    assert_eq!(found, [1, 3]);
+    // A matte that shows a corner alone.
+    frames.push(at(99.0)[..3].to_vec());
+    let apart = |a: usize, b: usize| Ok::<_, ()>(at(places[a] - places[b]));
+    assert_eq!(missing(frames.clone(), 2, apart), Ok(vec![1, 3]));
+    assert_eq!(missing(frames, 0, apart), Ok(Vec::new()));
+    let known = vec![at(0.0), at(0.0)];
+    assert_eq!(missing(known, 3, apart), Ok(Vec::new()));
+    let refused = missing(vec![at(1.0), at(2.0)], 2, |_, _| {
+        Err("a stop was asked for")
+    });
+    assert_eq!(refused, Err("a stop was asked for"));
 }
 
-/// A cell at a distance, of a network whose past is not known.
+/// A cell at a distance, with a spread of 1.
 fn far(distance: f64) -> Sign {
     Sign {
         distance,
-        change: None,
+        spread: 1.0,
     }
 }
 
 /// Poses whose errors follow a law, each with a factor of its own.
 fn poses_of(law: impl Fn(f64) -> f64, factors: &[f64]) -> Vec<PoseErrors> {
-    with_changes(|distance, _| law(distance), factors, |_| None)
+    with_spreads(|distance, _| law(distance), factors, |_| 1.0)
 }
 
-/// The same, of distance and change; changes do not go with distances.
-fn with_changes(
+/// The same, of distance and spread; spreads do not go with distances.
+fn with_spreads(
     law: impl Fn(f64, f64) -> f64,
     factors: &[f64],
-    change: impl Fn(usize) -> Option<f64>,
+    spread: impl Fn(usize) -> f64,
 ) -> Vec<PoseErrors> {
     let pose = |(k, factor): (usize, &f64)| {
         let distances: Vec<f64> = (0..200)
@@ -83,12 +61,12 @@ fn with_changes(
         let squares = distances.iter().enumerate();
         PoseErrors {
             squared_errors: (squares)
-                .map(|(i, d)| (factor * law(*d, change(i).unwrap_or(1.0)) * noise(i)).powi(2))
+                .map(|(i, d)| (factor * law(*d, spread(i)) * noise(i)).powi(2))
                 .collect(),
             signs: (distances.iter().enumerate())
                 .map(|(i, distance)| Sign {
                     distance: *distance,
-                    change: change(i),
+                    spread: spread(i),
                 })
                 .collect(),
             lamps: LampErrors::default(),
@@ -172,34 +150,16 @@ fn what_was_said_is_counted_where_little_and_where_much_was_said() {
 }
 
 #[test]
-fn what_a_network_still_changes_tells_where_it_errs() {
+fn the_spread_of_the_exemplars_tells_where_they_err() {
     let factors = [1.0, 0.7, 1.4];
-    let change = |i: usize| Some(0.02 + 0.001 * (i * 37 % 200) as f64);
+    let spread = |i: usize| 0.02 + 0.001 * (i * 37 % 200) as f64;
     let law = |d: f64, s: f64| 0.3 * d.powf(0.5) * s.powf(0.9);
-    let relation = Relation::learn(&with_changes(law, &factors, change), 0.8).unwrap();
-    let at = |distance, change| {
-        let change = Some(change);
-        relation.cells(Sign { distance, change })[0]
-    };
+    let relation = Relation::learn(&with_spreads(law, &factors, spread), 0.8).unwrap();
+    let at = |distance, spread| relation.cells(Sign { distance, spread })[0];
     let growth = at(1.0, 0.2) / at(1.0, 0.1);
     assert!((growth / 2f64.powf(0.9) - 1.0).abs() < 0.05, "{growth}");
     let growth = at(1.0, 0.1) / at(0.5, 0.1);
     assert!((growth / 2f64.powf(0.5) - 1.0).abs() < 0.07, "{growth}");
-    // Where one pose's network has no past, changes say nothing.
-    let mut mixed = with_changes(law, &factors, change);
-    mixed[0]
-        .signs
-        .iter_mut()
-        .for_each(|sign| sign.change = None);
-    let relation = Relation::learn(&mixed, 0.8).unwrap();
-    let at = |change| {
-        let sign = Sign {
-            distance: 1.0,
-            change,
-        };
-        relation.cells(sign)[0]
-    };
-    assert_eq!(at(Some(0.2)), at(None));
 }
 
 #[test]
@@ -241,39 +201,23 @@ fn errors_are_those_of_the_measure() {
 }
 
 #[test]
-fn a_small_shoot_has_its_confidence_which_ages_with_the_network() {
+fn a_small_shoot_has_its_confidence_which_ages_with_the_calibration() {
     let folder = tempfile::tempdir().unwrap();
-    let (project, calibration) = TestShoot::default().calibrate(folder.path(), "project");
+    let (project, mut calibration) = TestShoot::default().calibrate(folder.path(), "project");
     let silent = Progress::silent();
     let settings = ConfidenceSettings {
-        errors: Some(0.02 * project.settings.shoot.poses.len() as f64),
         poses: 2,
-        every: None,
-        truth: None,
-        device: DeviceChoice::Cpu,
+        truth: Some(folder.path().join("shoot")),
+        ..ConfidenceSettings::default()
     };
-    let refused = confidence(&project, &settings, &silent)
-        .unwrap_err()
-        .to_string();
-    assert!(refused.contains("checkpoint"), "{refused}");
     assert!(ConfidenceReport::load(&project).unwrap().is_none());
-
-    let mut training = TrainSettings {
-        config: Preset::Quick.config(),
-        exclude_frames: Vec::new(),
-        hold_out: None,
-        fresh: true,
-        device: DeviceChoice::Cpu,
-    };
-    training.config.minutes = Some(0.02);
-    train(&project, &calibration, &training, &silent).unwrap();
     let report = confidence(&project, &settings, &silent).unwrap();
     let poses = project.settings.shoot.poses.len();
     assert_eq!(
         (report.pose_distances.len(), report.left_out.len()),
         (poses, poses)
     );
-    assert_eq!(report.frames.len(), 3);
+    assert_eq!((report.frames.len(), report.missing.len()), (3, 2));
     assert_eq!(report.relation.unwrap().poses, poses);
     for frame in &report.frames {
         let expected = frame.expected.unwrap();
@@ -291,6 +235,8 @@ fn a_small_shoot_has_its_confidence_which_ages_with_the_network() {
         "{}",
         report.sentence()
     );
+    let judged = report.judged.unwrap();
+    assert!(judged.frames > 0 && judged.correlation.is_finite());
     let worst = report.worst_olats();
     assert!(worst.len() == 3 && worst.windows(2).all(|pair| pair[0].2 <= pair[1].2));
     let (kept, fits) = ConfidenceReport::load(&project).unwrap().unwrap();
@@ -299,19 +245,11 @@ fn a_small_shoot_has_its_confidence_which_ages_with_the_network() {
         (&kept.missing, kept.sentence()),
         (&report.missing, report.sentence())
     );
-    // What was trained is not trained again.
-    let networks = || {
-        std::fs::read_dir(folder.path().join("project/confidence/networks"))
-            .unwrap()
-            .count()
-    };
-    let trained = networks();
     let again = confidence(&project, &settings, &silent).unwrap();
-    assert_eq!((again.left_out, networks()), (report.left_out, trained));
+    assert_eq!(again.left_out, report.left_out);
 
-    training.fresh = false;
-    training.config.minutes = Some(0.04);
-    train(&project, &calibration, &training, &silent).unwrap();
+    calibration.exposure *= 2.0;
+    calibration.save(&project).unwrap();
     assert!(!ConfidenceReport::load(&project).unwrap().unwrap().1);
     std::fs::write(ConfidenceReport::path(&project), "{").unwrap();
     let broken = ConfidenceReport::load(&project).unwrap_err().to_string();

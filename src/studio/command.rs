@@ -379,8 +379,8 @@ pub enum ReviewCommand {
     Choose((usize, usize)),
     /// Choose the worst cell after the chosen one that has no verdict.
     NextWorst,
-    /// Find out which frames are unlike every pose and, in so many minutes of training, how large errors are.
-    Trust(Option<f64>),
+    /// Estimate the errors of all frames, and which are unlike every pose.
+    Trust,
 }
 
 /// Measures what accuracy costs in time, and chooses.

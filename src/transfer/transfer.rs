@@ -83,8 +83,15 @@ pub struct Transfer {
 pub struct Carried {
     /// Linear OLATs, 0 outside the matte.
     pub field: ReflectanceField,
-    /// Trust in each pixel, in `[0, 1]`: how well the best exemplar explains the frame under the interview's light.
-    pub trust: Mask,
+    /// How far each pixel is from the best exemplar's prediction under the interview's light: root mean square of the natural
+    /// logarithm of their ratio in a small window, more where that exemplar shows no subject.
+    pub unlike: Mask,
+    /// The pose that is most like the frame, by its number; None without poses.
+    pub pose: Option<usize>,
+    /// Variance of the exemplars' predictions about their blend: squares of roots of light, the mean over lamps and channels.
+    pub spread: Mask,
+    /// The same of each lamp, the mean over the matte.
+    pub lamp_spreads: Vec<f32>,
 }
 
 impl Transfer {
@@ -152,6 +159,21 @@ impl Transfer {
             .collect();
         target.blended(&said)
     }
+
+    /// How far each pixel of a frame is from another frame that is matched with it, as [`Carried::unlike`]; more where the other
+    /// shows no subject.
+    pub fn apart(&self, frame: &Frame, other: &Frame) -> Mask {
+        let [target, other] = [frame, other].map(|frame| Target::new(frame, self));
+        let found = Match {
+            offsets: target.offsets(&target.contrast, &other.contrast),
+            size: target.plate.size(),
+            turn: Mat3::IDENTITY,
+        };
+        target.unlike(
+            &found.pulled(&other.plate),
+            &found.pulled(&other.frame.mask),
+        )
+    }
 }
 
 /// A frame that exemplars are carried over to.
@@ -179,7 +201,11 @@ struct Said {
     roots: Vec<f32>,
     /// Angle in degrees between each lamp of the frame and the nearest of the exemplar.
     nearest: Vec<f32>,
-    /// Likeness of the prediction under the interview's light, coverage included.
+    /// Number of the pose.
+    number: usize,
+    /// As [`Carried::unlike`], of this exemplar.
+    unlike: Mask,
+    /// Weight of the prediction in each pixel, by likeness and coverage.
     like: Mask,
     /// Weight of the pose by its turn.
     pose: f32,
@@ -242,8 +268,25 @@ impl<'a> Target<'a> {
                 roots.iter_mut().for_each(|root| *root *= scale);
             }
         }
-        let like = self.likeness(&self.spread(&lit).map(luminance), &found.pulled(&pose.mask));
+        let coverage = found.pulled(&pose.mask);
+        let unlike = self.unlike(&self.spread(&lit).map(luminance), &coverage);
+        let like = |(unlike, coverage): (&f32, &f32)| {
+            // Coverage has a part of its own.
+            let miss = unlike - (1.0 - coverage);
+            let likeness = (-0.5 * (miss / LIKENESS).powi(2)).exp() + LEAST_LIKENESS;
+            likeness * (LEAST_COVERAGE + coverage)
+        };
+        let (width, height) = self.plate.size();
+        let like = Raster {
+            width,
+            height,
+            pixels: (unlike.pixels.iter().zip(&coverage.pixels))
+                .map(like)
+                .collect(),
+        };
         Said {
+            number: pose.number,
+            unlike,
             roots,
             nearest: turned.nearest,
             like,
@@ -309,10 +352,10 @@ impl<'a> Target<'a> {
     ) -> (Vec<f32>, Vec<[f32; 3]>) {
         let (lamps, weights) = (&self.transfer.lamps, &self.transfer.weights);
         let stride = lamps.stride;
-        let by_channel = |of: &[[f32; 3]]| -> [Vec<f32>; 3] {
-            std::array::from_fn(|c| lamps.padded(of.iter().map(|value| value[c])))
-        };
-        let (energies, weights) = (by_channel(&lamps.energies), by_channel(weights));
+        let (energies, weights) = (
+            by_channel(lamps, &lamps.energies),
+            by_channel(lamps, weights),
+        );
         let mut roots = vec![0.0; self.pixels.len() * 3 * stride];
         let mut lit = vec![[0.0; 3]; self.pixels.len()];
         let width = found.size.0;
@@ -361,9 +404,9 @@ impl<'a> Target<'a> {
         picture
     }
 
-    /// Likeness of a prediction under the interview's light: a Gaussian of the ratio's logarithm, less its median, in a small
-    /// window.
-    fn likeness(&self, lit: &Raster<f32>, coverage: &Mask) -> Mask {
+    /// How far a picture under the interview's light is from the frame: root mean square of the ratio's logarithm, less its
+    /// median, in a small window, and the share of a pixel that is not covered.
+    fn unlike(&self, lit: &Raster<f32>, coverage: &Mask) -> Mask {
         let ratio = |(a, b): (&f32, &f32)| a.max(self.dark).ln() - b.max(self.dark).ln();
         let ratio: Vec<f32> = self
             .plate
@@ -396,17 +439,15 @@ impl<'a> Target<'a> {
             radius,
         );
         let share = blur(&self.matte, radius);
-        let like = |((square, share), coverage): ((&f32, &f32), &f32)| {
-            let likeness =
-                (-0.5 * square / (share + 1e-3) / LIKENESS.powi(2)).exp() + LEAST_LIKENESS;
-            likeness * (LEAST_COVERAGE + coverage)
+        let unlike = |((square, share), coverage): ((&f32, &f32), &f32)| {
+            (square.max(0.0) / (share + 1e-3)).sqrt() + 1.0 - coverage
         };
         let pixels = squares
             .pixels
             .iter()
             .zip(&share.pixels)
             .zip(&coverage.pixels)
-            .map(like)
+            .map(unlike)
             .collect();
         Raster {
             width,
@@ -418,8 +459,9 @@ impl<'a> Target<'a> {
     /// The blend of all predictions, summing to the frame under the interview's light.
     fn blended(&self, said: &[Said]) -> Carried {
         let (width, height) = self.plate.size();
-        let (lamps, weights) = (&self.transfer.lamps, &self.transfer.weights);
+        let lamps = &self.transfer.lamps;
         let (count, stride) = (lamps.len(), lamps.stride);
+        let weights = by_channel(lamps, &self.transfer.weights);
         let values = 3 * stride;
         let nearest: Vec<f32> = (0..count)
             .map(|l| {
@@ -435,49 +477,85 @@ impl<'a> Target<'a> {
             })
             .collect();
         let mut olats = vec![0.0; self.pixels.len() * values];
-        let blend = |(first, (olats, pixels)): (usize, (&mut [f32], &[usize]))| {
-            let mut below = vec![0.0; stride];
-            vectorized(
-                #[inline(always)]
-                || {
-                    for ((i, &p), out) in pixels
-                        .iter()
-                        .enumerate()
-                        .zip(olats.chunks_exact_mut(values))
-                    {
-                        let i = first * PIXELS + i;
-                        below.fill(0.0);
-                        for (one, near) in said.iter().zip(&near) {
-                            let like = one.like.pixels[p];
-                            for (below, near) in below.iter_mut().zip(near) {
-                                *below += like * near;
-                            }
-                            let roots = one.roots[i * values..][..values].chunks_exact(stride);
-                            for (out, roots) in out.chunks_exact_mut(stride).zip(roots) {
-                                for ((out, root), near) in out.iter_mut().zip(roots).zip(near) {
-                                    *out += like * near * root;
+        let mut spreads = vec![0.0; self.pixels.len()];
+        let blend =
+            |(first, ((olats, spreads), pixels)): (usize, ((&mut [f32], &mut [f32]), &[usize]))| {
+                let (mut below, mut squares) = (vec![0.0; stride], vec![0.0; values]);
+                let mut of_lamps = vec![0.0; stride];
+                vectorized(
+                    #[inline(always)]
+                    || {
+                        let places = pixels.iter().zip(spreads.iter_mut()).enumerate();
+                        for ((i, (&p, spread)), out) in places.zip(olats.chunks_exact_mut(values)) {
+                            let i = first * PIXELS + i;
+                            below.fill(0.0);
+                            squares.fill(0.0);
+                            for (one, near) in said.iter().zip(&near) {
+                                let like = one.like.pixels[p];
+                                for (below, near) in below.iter_mut().zip(near) {
+                                    *below += like * near;
+                                }
+                                let roots = one.roots[i * values..][..values].chunks_exact(stride);
+                                let sums = out
+                                    .chunks_exact_mut(stride)
+                                    .zip(squares.chunks_exact_mut(stride));
+                                for ((out, squares), roots) in sums.zip(roots) {
+                                    for (((out, square), root), near) in
+                                        out.iter_mut().zip(squares).zip(roots).zip(near)
+                                    {
+                                        let weighted = like * near * root;
+                                        *out += weighted;
+                                        *square += weighted * root;
+                                    }
                                 }
                             }
-                        }
-                        for (c, out) in out.chunks_exact_mut(stride).enumerate() {
-                            let mut sum = 0.0;
-                            for ((out, below), weight) in out.iter_mut().zip(&below).zip(weights) {
-                                let root = *out / below.max(f32::MIN_POSITIVE);
-                                *out = root * root;
-                                sum += weight[c] * *out;
+                            let mut sum_of_spreads = 0.0;
+                            for (c, (out, squares)) in out
+                                .chunks_exact_mut(stride)
+                                .zip(squares.chunks_exact_mut(stride))
+                                .enumerate()
+                            {
+                                let mut sum = 0.0;
+                                for (((out, square), below), weight) in out
+                                    .iter_mut()
+                                    .zip(squares.iter_mut())
+                                    .zip(&below)
+                                    .zip(&weights[c])
+                                {
+                                    let below = below.max(f32::MIN_POSITIVE);
+                                    let root = *out / below;
+                                    *out = root * root;
+                                    *square = (*square / below - *out).max(0.0);
+                                    sum += weight * *out;
+                                }
+                                let scale =
+                                    self.frame.plate.pixels[p][c].max(0.0) / sum.max(self.dark);
+                                for ((out, square), lamp) in
+                                    out.iter_mut().zip(squares).zip(&mut of_lamps)
+                                {
+                                    *out *= scale;
+                                    let spread = scale * *square;
+                                    sum_of_spreads += spread;
+                                    *lamp += spread;
+                                }
                             }
-                            let scale = self.frame.plate.pixels[p][c].max(0.0) / sum.max(self.dark);
-                            out.iter_mut().for_each(|out| *out *= scale);
+                            *spread = sum_of_spreads / (3 * count.max(1)) as f32;
                         }
-                    }
-                },
-            );
-        };
-        olats
+                    },
+                );
+                of_lamps
+            };
+        let of_lamps: Vec<Vec<f32>> = olats
             .par_chunks_mut((PIXELS * values).max(1))
+            .zip(spreads.par_chunks_mut(PIXELS))
             .zip(self.pixels.par_chunks(PIXELS))
             .enumerate()
-            .for_each(blend);
+            .map(blend)
+            .collect();
+        let mean = |lamp: usize| {
+            let sum: f32 = of_lamps.iter().map(|of| of[lamp]).sum();
+            sum / (3 * self.pixels.len()).max(1) as f32
+        };
         let mut planes = vec![0.0; 3 * count * width * height];
         planes
             .par_chunks_exact_mut((width * height).max(1))
@@ -488,12 +566,19 @@ impl<'a> Target<'a> {
                     out[p] = olats[i * values + at];
                 }
             });
-        let trust = |x, y| {
-            said.iter()
-                .map(|one| one.like.at(x, y))
-                .fold(0.0, f32::max)
-                .min(1.0)
+        let mut spread = Raster::filled(width, height, 0.0);
+        for (&p, value) in self.pixels.iter().zip(&spreads) {
+            spread.pixels[p] = *value;
+        }
+        let least = |x, y| {
+            let of = said.iter().map(|one| one.unlike.at(x, y));
+            of.reduce(f32::min).unwrap_or(1.0)
         };
+        let miss = |one: &Said| -> f32 {
+            let of = one.unlike.pixels.iter().zip(&self.matte.pixels);
+            of.map(|(unlike, inside)| inside * unlike * unlike).sum()
+        };
+        let nearest = said.iter().min_by(|a, b| miss(a).total_cmp(&miss(b)));
         Carried {
             field: ReflectanceField {
                 width,
@@ -501,7 +586,10 @@ impl<'a> Target<'a> {
                 lamps: count,
                 values: planes,
             },
-            trust: Raster::from_fn(width, height, trust),
+            unlike: Raster::from_fn(width, height, least),
+            pose: nearest.map(|one| one.number),
+            spread,
+            lamp_spreads: (0..count).map(mean).collect(),
         }
     }
 }
@@ -556,6 +644,11 @@ impl Match {
         };
         (0..width * height).map(follow).collect()
     }
+}
+
+/// Values of lamps, channel by channel, padded.
+fn by_channel(lamps: &Lamps, values: &[[f32; 3]]) -> [Vec<f32>; 3] {
+    std::array::from_fn(|c| lamps.padded(values.iter().map(|value| value[c])))
 }
 
 /// The values of one pixel, pulled over by bilinear interpolation.

@@ -10,9 +10,8 @@ poses; two of them are photographed as further poses, and beside that two frames
 the PSNR of the OLATs and the mean of the relit frames', in decibels, on the frames of the truth, which are neither named nor
 drawn; in brackets are the frames.
 ";
-const ERRORS: &str = "The same three shoots: `confidence --errors` trains a network without each of the three poses and says of each part of a
-frame, 1/16 of the picture wide, within which error it is: usually, and with a chance of 3 in 4. 80 % of the parts are asked
-for. Cells count, on the frames of the truth, how many parts are within what was said of them. The last columns are of the
+const ERRORS: &str = "The same three shoots: `confidence` predicts each of the three poses from the others and says of each part of a frame, 1/16 of
+the picture wide, within which error it is: usually, and with a chance of 3 in 4. 80 % of the parts are asked for. Cells count, on the frames of the truth, how many parts are within what was said of them. The last columns are of the
 parts in four groups of as many, by the error that was said of them: how many are within what is usual.
 ";
 

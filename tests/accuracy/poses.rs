@@ -138,7 +138,7 @@ impl Shoot<'_> {
         }))
     }
 
-    /// What `confidence` says of the network with the first poses.
+    /// What `confidence` says of the shoot with the first poses.
     fn named(&self) -> Result<Option<Kept>> {
         self.kept(&self.folder.join("named.json"), || {
             let at = self.folder.join("like-none");
@@ -146,14 +146,11 @@ impl Shoot<'_> {
             let (project, shoot) = (project.to_string_lossy(), shoot.to_string_lossy());
             // The truth's frames are not taken, so more are asked for.
             let count = (ADDED + 4).to_string();
-            let errors = (BEFORE as f64 * self.options.pose_minutes).to_string();
             self.options.afterlight(&[
                 "confidence",
                 &project,
                 "--poses",
                 &count,
-                "--errors",
-                &errors,
                 "--truth",
                 &shoot,
                 "--json",

@@ -6,7 +6,6 @@ use super::{
 };
 use afterlight::evaluation::review::{Case, Mark, Marks, Metric, Review};
 use afterlight::project::Project;
-use afterlight::reflectance::checkpoint::{self, DEMO_STARTER};
 use afterlight::studio::{CellPicture, Pane, StudioApp, Thumbnail};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
@@ -455,7 +454,7 @@ fn figures_that_cannot_be_read_are_named_and_can_be_measured_anew() {
 }
 
 #[test]
-fn frames_that_are_unlike_every_pose_are_listed_and_another_networks_are_called_so() {
+fn frames_that_are_unlike_every_pose_are_listed_and_another_calibrations_are_called_so() {
     let folder = crate::temporary();
     let project = clay_project(folder.path());
     let frame = |frame: usize, distance: f32| {
@@ -465,28 +464,26 @@ fn frames_that_are_unlike_every_pose_are_listed_and_another_networks_are_called_
         })
     };
     let report = serde_json::json!({
-        "format": 2, "step": 5, "seconds": 1.0, "pose_distances": [0.5, 1.0], "far": 1.0,
+        "format": 3, "calibration": "another", "pose_distances": [0.5, 1.0], "far": 1.0,
         "frames": [frame(0, 0.9), frame(2, 1.5), frame(3, 1.2)],
-        "every": 1, "missing": [2], "minutes": null, "relation": null, "lamps": null,
+        "every": 1, "missing": [2], "relation": null, "lamps": null,
     });
     let path = afterlight::confidence::ConfidenceReport::path(&project);
     std::fs::create_dir_all(path.parent().unwrap()).unwrap();
     std::fs::write(path, report.to_string()).unwrap();
     let window = opened(&project);
-    window.get_by_label_contains("Measured with another network");
+    window.get_by_label_contains("Estimated with another calibration");
     window.get_by_label_contains("2 of 3 frames unlike every pose");
     window.get_by_label("Frame 2: 1.5 × as far, 21.4 dB (19.8 at least)");
     window.get_by_label("Frame 3: 1.2 × as far, 21.4 dB (19.8 at least)");
     window.get_by_label("Frame 2");
-    window.get_by_label("Compare frames with poses");
+    window.get_by_label("Estimate errors");
 }
 
 #[test]
 fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_first() {
     let folder = crate::temporary();
     let project = clay_project(folder.path());
-    checkpoint::install(DEMO_STARTER, &project.checkpoint_path()).unwrap();
-    let network = checkpoint::info(&project.checkpoint_path()).unwrap();
     // Expected errors grow to the right.
     let side = afterlight::confidence::SIDE;
     let errors: Vec<f64> = (0..side * side)
@@ -503,9 +500,9 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
     };
     let frames = project.settings.shoot.frames.len();
     let report = serde_json::json!({
-        "format": 2, "step": network.step, "seconds": network.seconds, "pose_distances": [0.5, 1.0], "far": 1.0,
+        "format": 3, "calibration": afterlight::confidence::mark(&project).unwrap(), "pose_distances": [0.5, 1.0], "far": 1.0,
         "frames": (0..frames).map(frame).collect::<Vec<_>>(),
-        "every": 1, "missing": [], "minutes": 0.5, "relation": null, "lamps": null,
+        "every": 1, "missing": [], "relation": null, "lamps": null,
     });
     let path = afterlight::confidence::ConfidenceReport::path(&project);
     std::fs::create_dir_all(path.parent().unwrap()).unwrap();

@@ -13,13 +13,9 @@ impl StudioApp {
         let done = match command {
             ReviewCommand::Measure(truth) => self.review_network(truth, true, None),
             ReviewCommand::Report(to) => self.review_network(None, false, Some(to)),
-            ReviewCommand::Trust(errors) => self.session.run(|project| Job::Confidence {
+            ReviewCommand::Trust => self.session.run(|project| Job::Confidence {
                 project: project.root.clone(),
-                settings: ConfidenceSettings {
-                    errors,
-                    device: self.device,
-                    ..ConfidenceSettings::default()
-                },
+                settings: ConfidenceSettings::default(),
             }),
             ReviewCommand::Mark(marked) => self.mark(*marked),
             ReviewCommand::Verdict(verdict) => self.judge(verdict),

@@ -9,8 +9,6 @@ use footage::scan::counted;
 
 /// Length of the list of frames.
 const WORST: usize = 8;
-/// Minutes of training for each pose that is left out.
-const MINUTES_A_POSE: f64 = 2.0;
 
 /// What is known, and the button that finds it out.
 pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
@@ -24,7 +22,7 @@ pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         }
         Ok(None) => {
             ui.label(
-                RichText::new("Finds frames that are unlike every photographed pose.")
+                RichText::new("Errors to expect, and frames unlike every photographed pose.")
                     .color(theme::QUIET),
             );
         }
@@ -32,7 +30,7 @@ pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             if !fits {
                 ui.colored_label(
                     theme::WARNING,
-                    "Measured with another network. Measure again.",
+                    "Estimated with another calibration. Estimate again.",
                 );
             }
             report_ui(ui, context, report, out);
@@ -40,37 +38,17 @@ pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
     let able = context.status.job.is_none() && context.is_live();
     let why = match context.status.job.is_none() {
-        true => "Train the network first.",
+        true => "Calibrate first.",
         false => "Wait until the running job ends.",
     };
-    let mut button = |ui: &mut Ui, text: &str, hint: &str, minutes: Option<f64>| {
-        let response = ui.add_enabled(able, Button::new(text));
-        if response
-            .on_hover_text(hint)
-            .on_disabled_hover_text(why)
-            .clicked()
-        {
-            out.push(Command::Review(ReviewCommand::Trust(minutes)));
-        }
-    };
-    let poses = context
-        .project
-        .map_or(0, |project| project.settings.shoot.poses.len());
-    let minutes = MINUTES_A_POSE * poses as f64;
-    ui.horizontal_wrapped(|ui| {
-        button(
-            ui,
-            "Compare frames with poses",
-            "How far each frame is from the photographed poses; seconds to minutes",
-            None,
-        );
-        button(
-            ui,
-            &format!("Estimate errors, {minutes:.0} min"),
-            "Also trains a network without each pose, to find how large errors are, where and under which lamps",
-            Some(minutes),
-        );
-    });
+    let button = ui.add_enabled(able, Button::new("Estimate errors"));
+    if button
+        .on_hover_text("Predicts each pose from the others and compares it with its photographs; seconds to a minute")
+        .on_disabled_hover_text(why)
+        .clicked()
+    {
+        out.push(Command::Review(ReviewCommand::Trust));
+    }
 }
 
 fn report_ui(

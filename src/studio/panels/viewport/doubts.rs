@@ -42,7 +42,7 @@ impl Doubts {
         context: &PanelContext,
     ) -> String {
         let Some(report) = context.review.confidence() else {
-            return "not known of this network yet: see Review".to_owned();
+            return "not estimated yet: see Review".to_owned();
         };
         let Some(frame) = shown(report, relit.scene.frame) else {
             return "this frame was not looked at".to_owned();
