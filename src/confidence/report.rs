@@ -4,6 +4,7 @@ use super::lamps::LampShares;
 use super::relation::{PoseErrors, Relation, Sign};
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
+use calibration::Calibration;
 use project::Project;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
@@ -11,6 +12,8 @@ use std::path::PathBuf;
 
 const FORMAT: u32 = 3;
 const NAME: &str = "confidence.json";
+/// Share of the interview's light from where no lamp is beyond which poses cannot tell the errors of frames.
+const MOST_UNCOVERED: f32 = 0.1;
 /// The share of a picture's cells that what is said of errors holds for.
 pub const SAID_SHARE: f64 = 0.8;
 
@@ -20,6 +23,8 @@ pub struct ConfidenceReport {
     pub format: u32,
     /// Mark of the calibration that it was made with.
     pub calibration: String,
+    /// Share of the interview's light from where no lamp is.
+    pub uncovered: f32,
     /// Distance of each pose predicted from the others: root mean square of the logarithm of pose over best prediction.
     pub pose_distances: Vec<f32>,
     /// The largest of them: a frame farther from all poses is unlike them.
@@ -229,10 +234,16 @@ pub struct Expected {
 }
 
 impl ConfidenceReport {
-    pub(super) fn new(project: &Project, pose_distances: Vec<f32>, every: usize) -> Result<Self> {
+    pub(super) fn new(
+        project: &Project,
+        calibration: &Calibration,
+        pose_distances: Vec<f32>,
+        every: usize,
+    ) -> Result<Self> {
         Ok(Self {
             format: FORMAT,
             calibration: mark(project)?,
+            uncovered: calibration.uncovered_energy,
             far: pose_distances.iter().copied().fold(0.0, f32::max),
             pose_distances,
             frames: Vec::new(),
@@ -301,6 +312,13 @@ impl ConfidenceReport {
         Ok(Some((found, fits)))
     }
 
+    /// PSNR in decibels that all but one of k + 1 frames reach; None of a frame that is unlike every pose, or lit by what the
+    /// poses do not show.
+    pub fn promised(&self, frame: &FrameConfidence) -> Option<f64> {
+        let holds = frame.distance <= self.far && self.uncovered <= MOST_UNCOVERED;
+        Some(frame.expected?.at_least_db).filter(|_| holds)
+    }
+
     /// Frames that are farther from all poses than any pose is from the others, the farthest first.
     pub fn unlike(&self) -> Vec<&FrameConfidence> {
         let mut all: Vec<&FrameConfidence> = self.frames.iter().collect();
@@ -328,17 +346,25 @@ impl ConfidenceReport {
                 names(&mut unlike.iter().take(10).map(|frame| frame.frame))
             ),
         };
-        if let (Some(relation), Some(worst)) = (&self.relation, self.worst()) {
+        if let (Some(relation), Some((frame, expected))) = (&self.relation, self.worst()) {
             text += &format!(
-                "\nOLATs: {:.1} dB expected in the usual frame, {:.1} dB in the worst, frame {}; with a chance of {} in {} \
-                 a frame like these has at least {:.1} dB there",
+                "\nOLATs: {:.1} dB expected in the usual frame, {:.1} dB in the worst, frame {}",
                 self.usual().unwrap_or_default(),
-                worst.1.psnr_db,
-                worst.0,
-                relation.poses,
-                relation.poses + 1,
-                worst.1.at_least_db
+                expected.psnr_db,
+                frame.frame
             );
+            text += &match self.promised(frame) {
+                Some(at_least) => format!(
+                    "; with a chance of {} in {} a frame like these has at least {at_least:.1} dB there",
+                    relation.poses,
+                    relation.poses + 1
+                ),
+                None if self.uncovered > MOST_UNCOVERED => format!(
+                    ". They may be worse: {:.0} % of the interview's light comes from where no lamp is, which poses do not show",
+                    100.0 * self.uncovered
+                ),
+                None => ". It may be worse: this frame is unlike every pose".to_owned(),
+            };
             if let Some((frame, lamp, decibels)) = self.worst_olats().first() {
                 text += &format!(
                     "\nThe worst OLAT is expected in frame {} under lamp {lamp}: {decibels:.1} dB",
@@ -390,8 +416,8 @@ impl ConfidenceReport {
     }
 
     /// The frame with the largest expected error.
-    pub fn worst(&self) -> Option<(usize, Expected)> {
-        let all = (self.frames.iter()).filter_map(|frame| Some((frame.frame, frame.expected?)));
+    pub fn worst(&self) -> Option<(&FrameConfidence, Expected)> {
+        let all = (self.frames.iter()).filter_map(|frame| Some((frame, frame.expected?)));
         all.min_by(|a, b| a.1.psnr_db.total_cmp(&b.1.psnr_db))
     }
 

@@ -102,7 +102,7 @@ impl Estimate<'_> {
             .unwrap_or(frames.div_ceil(MOST_FRAMES))
             .max(1);
         let distances = poses.iter().map(far).collect();
-        let mut report = ConfidenceReport::new(self.project, distances, every)?;
+        let mut report = ConfidenceReport::new(self.project, self.calibration, distances, every)?;
         report.relation = Relation::learn(&poses, SAID_SHARE);
         let lamps: Vec<_> = poses.iter().map(|pose| &pose.lamps).collect();
         report.lamps = LampShares::learn(&lamps);

@@ -235,6 +235,15 @@ fn a_small_shoot_has_its_confidence_which_ages_with_the_calibration() {
         "{}",
         report.sentence()
     );
+    let mut lit_from_elsewhere = report.clone();
+    lit_from_elsewhere.uncovered = 0.3;
+    assert!((lit_from_elsewhere.frames.iter()).all(|f| lit_from_elsewhere.promised(f).is_none()));
+    assert!(lit_from_elsewhere.sentence().contains("They may be worse"));
+    let near = report
+        .frames
+        .iter()
+        .filter(|frame| frame.distance <= report.far);
+    assert!(near.clone().count() > 0 && near.clone().all(|frame| report.promised(frame).is_some()));
     let judged = report.judged.unwrap();
     assert!(judged.frames > 0 && judged.correlation.is_finite());
     let worst = report.worst_olats();

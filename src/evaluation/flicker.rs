@@ -214,7 +214,7 @@ impl ClipFlicker {
             format!("of which smoothing takes little away: {smoothed:.2} % are left")
         };
         format!(
-            "Flicker, frames {first} to {last}: the plate {plate:.2} %, relit {relit:.2} %; {beyond:.2} % are the network's, {rest}"
+            "Flicker, frames {first} to {last}: the plate {plate:.2} %, relit {relit:.2} %; {beyond:.2} % are the prediction's, {rest}"
         )
     }
 }

@@ -69,8 +69,11 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
         ..
     } = &found.rung;
     let from = mark(project, network, *minutes, found.seed);
-    // Refused before anything is changed.
-    checkpoint::info(&from)?;
+    let is_trained = *minutes > 0.0;
+    if is_trained {
+        // Refused before anything is changed.
+        checkpoint::info(&from)?;
+    }
     let base = ledger.base.project(project);
     let (variant, calibration) = variant(&base, project, network, found.seed, progress)?;
     let aside = Project::change(&project.root, |kept| kept.reshape(&variant))?;
@@ -79,7 +82,20 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
         calibration.save(&project)?;
     }
     checkpoints::set_aside(&project)?;
-    checkpoint::link(&from, &project.checkpoint_path())?;
+    let present = project.checkpoint_path();
+    if is_trained {
+        checkpoint::link(&from, &present)?;
+    } else if present.exists() {
+        // It is among the saved ones.
+        std::fs::remove_dir_all(&present).map_err(|e| {
+            Error::io(
+                "remove",
+                &present,
+                e,
+                "Check that the folder can be written",
+            )
+        })?;
+    }
     for log in ["training.csv", "held_out.csv"] {
         let from = run_folder(&project, network, found.seed).join(log);
         if from.exists() {

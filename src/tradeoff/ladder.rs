@@ -95,7 +95,7 @@ fn base_minutes(text: &str) -> std::result::Result<f64, String> {
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Knob {
-    /// How long the network is trained.
+    /// How long the network is trained; 0: exemplars carried over alone.
     Minutes,
     /// The size that the network sees; light is brought to the plate's size from there.
     Size,
@@ -228,8 +228,8 @@ pub struct Facts {
 
 /// A smaller working size is of no use.
 const LEAST_SIZE: usize = 16;
-/// Shares of the base's time that are rungs too: shorter runs of their own, and longer ones that go on from the base.
-const SHORTER: [f64; 2] = [0.25, 0.5];
+/// Shares of the base's time that are rungs too: none, shorter runs of their own, and longer ones that go on from the base.
+const SHORTER: [f64; 3] = [0.0, 0.25, 0.5];
 const LONGER: [f64; 2] = [2.0, 4.0];
 /// Networks that are trained with what paid.
 const TOGETHER: usize = 2;

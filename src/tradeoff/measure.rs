@@ -17,12 +17,13 @@ use imaging::{Encoded, Image, Mask};
 use light::weights::Partition;
 use light::{Environment, Lighting};
 use project::Project;
-use reflectance::{DeviceField, LampBasis, Predictor};
+use reflectance::{DeviceField, LampBasis};
 use scene::{Background, Effects, Output, Scene};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use training::features::Lpips;
+use transfer::OlatPredictor;
 
 /// Frames that are timed: at least and at most so many, for no longer than this.
 const TIMED: std::ops::RangeInclusive<usize> = 3..=15;
@@ -35,7 +36,7 @@ const TURN_DEG: f32 = 7.0;
 pub struct Cost {
     /// Milliseconds for a frame: prediction, weights, picture.
     pub frame_ms: f64,
-    /// Bytes of the network's weights and of one frame's OLATs.
+    /// Bytes of the exemplars, the network's weights and one frame's OLATs.
     pub memory_bytes: u64,
     /// Bytes of the checkpoint, with all that training needs to go on.
     pub disk_bytes: u64,
@@ -126,11 +127,11 @@ impl Measured {
     }
 }
 
-/// A network that is to be measured, and what it needs.
+/// A prediction that is measured: exemplars, and their network if it is trained.
 pub struct Trained {
     pub variant: Project,
     pub calibration: Calibration,
-    pub predictor: Predictor,
+    pub predictor: OlatPredictor,
 }
 
 /// Keeps predictions as a rung wants them.

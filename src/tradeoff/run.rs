@@ -2,7 +2,7 @@
 
 use super::front::front;
 use super::judge::{Against, Judge, exemplar_size};
-use super::ladder::{BASE, Facts, Knob, Network, Rung, TradeoffSettings, order, rungs};
+use super::ladder::{BASE, Facts, Knob, Network, Rung, Show, TradeoffSettings, order, rungs};
 use super::ledger::{Failure, Ledger, folder};
 use super::measure::{Cost, Found, Measured, Trained, measure};
 use super::network_folders::{file_name, mark, variant};
@@ -23,6 +23,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use training::features::Lpips;
 use training::{TrainSettings, train};
+use transfer::OlatPredictor;
 
 /// Measures a project's rungs, as far as they were not measured before. What is measured is kept at once: a run that was
 /// stopped goes on where it was.
@@ -271,7 +272,12 @@ impl<'a> Climb<'a> {
         let (variant, calibration) =
             variant(&self.base, self.project, &rung.network, seed, progress)?;
         let mark = self.train(rung, seed, &variant, &calibration, progress)?;
-        let predictor = Predictor::open_at(&variant, &mark, &self.compute.device)?;
+        let network = (rung.minutes > 0.0).then_some(&*mark);
+        let device = &self.compute.device;
+        let mut predictor = OlatPredictor::open_at(&variant, &calibration, network, device)?;
+        if let Some(pose) = self.judge.held_out() {
+            predictor = predictor.without(pose);
+        }
         let trained = Trained {
             variant,
             calibration,
@@ -305,8 +311,9 @@ impl<'a> Climb<'a> {
         let picture = format!("{}-{seed}.png", file_name(&rung.name));
         write_png(&pictures.join("truth.png"), &found.truth)?;
         write_png(&pictures.join(&picture), &found.picture)?;
-        let info = trained.predictor.info();
-        let parameters = info.network.cost().parameters;
+        let info = trained.predictor.network().map(Predictor::info);
+        let parameters = info.map_or(0, |info| info.network.cost().parameters);
+        let exemplars = trained.predictor.transfer().bytes() as u64;
         let Found {
             timed,
             base_ms,
@@ -323,7 +330,7 @@ impl<'a> Climb<'a> {
             predicted: self.predicted(rung, seed),
             cost: Cost {
                 frame_ms: timed.median,
-                memory_bytes: 4 * parameters + field_bytes,
+                memory_bytes: exemplars + 4 * parameters + field_bytes,
                 disk_bytes: bytes(&mark),
             },
             rung: rung.clone(),
@@ -332,8 +339,8 @@ impl<'a> Climb<'a> {
             predict_ms,
             timed,
             base_ms,
-            training_seconds: info.seconds,
-            steps: info.step,
+            training_seconds: info.map_or(0.0, |info| info.seconds),
+            steps: info.map_or(0, |info| info.step),
             fidelity,
             relit_psnr_db,
             olat_psnr_db,
@@ -356,18 +363,35 @@ impl<'a> Climb<'a> {
         };
         let (mine, bases) = (shape(&rung.network), shape(&base.rung.network));
         let share = |mine: u64, of: u64| mine as f64 / of.max(1) as f64;
-        let network_ms = base.predict_ms * share(mine.multiply_adds, bases.multiply_adds);
+        let area = |network: &Network| (network.size * network.size) as u64;
+        // Exemplars take most of the time, and it grows with the pixels.
+        let predict_ms = base.predict_ms * share(area(&rung.network), area(&base.rung.network));
         let picture_ms = base.frame.median - base.predict_ms;
-        let pixels = (rung.network.size * rung.network.size) as u64;
-        let planes = match rung.show.components {
-            Some(count) => 4 * count,
-            None if rung.show.storage == Storage::F32 => 12 * rung.network.lamps,
-            None => 6 * rung.network.lamps,
+        let own = |network: &Network, show: &Show, parameters: u64| {
+            let planes = match show.components {
+                Some(count) => 4 * count,
+                None if show.storage == Storage::F32 => 12 * network.lamps,
+                None => 6 * network.lamps,
+            };
+            4 * parameters + area(network) * planes as u64
         };
-        let disk = base.cost.disk_bytes as f64 * share(mine.parameters, bases.parameters);
+        let exemplars = |network: &Network| area(network) * network.lamps as u64;
+        let of_base = &base.rung;
+        let kept = base.cost.memory_bytes.saturating_sub(own(
+            &of_base.network,
+            &of_base.show,
+            bases.parameters,
+        ));
+        let kept = kept as f64 * share(exemplars(&rung.network), exemplars(&of_base.network));
+        let parameters = if rung.minutes > 0.0 {
+            mine.parameters
+        } else {
+            0
+        };
+        let disk = base.cost.disk_bytes as f64 * share(parameters, bases.parameters);
         Some(Cost {
-            frame_ms: network_ms + picture_ms,
-            memory_bytes: 4 * mine.parameters + pixels * planes as u64,
+            frame_ms: predict_ms + picture_ms,
+            memory_bytes: kept as u64 + own(&rung.network, &rung.show, parameters),
             disk_bytes: disk as u64,
         })
     }
@@ -398,7 +422,7 @@ impl<'a> Climb<'a> {
         progress: &Progress,
     ) -> Result<PathBuf> {
         let mark = mark(self.project, &rung.network, rung.minutes, seed);
-        if mark.join("checkpoint.toml").exists() {
+        if rung.minutes == 0.0 || mark.join("checkpoint.toml").exists() {
             return Ok(mark);
         }
         let steps = self.steps(rung)?;

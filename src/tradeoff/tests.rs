@@ -60,6 +60,7 @@ fn every_knob_is_turned_alone_and_the_budget_is_shared_out() {
         "weights=cells",
         "environment=128",
         "effects=glare",
+        "minutes=0x",
         "minutes=0.25x",
         "minutes=4x",
         "size=64",
@@ -118,11 +119,12 @@ fn the_base_comes_first_with_all_seeds_and_other_seeds_of_other_knobs_last() {
     let all = rungs(&facts(), &TradeoffSettings::default());
     let [sooner, later] = order(&all, 7..10);
     let named = |(rung, seed): &(Rung, u64)| (rung.name.clone(), *seed);
-    let first: Vec<(String, u64)> = sooner.iter().take(6).map(named).collect();
+    let first: Vec<(String, u64)> = sooner.iter().take(7).map(named).collect();
     let expected = [
         ("base", 7),
         ("base", 8),
         ("base", 9),
+        ("minutes=0x", 7),
         ("minutes=0.25x", 7),
         ("minutes=0.5x", 7),
         ("minutes=2x", 7),
@@ -304,21 +306,28 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
         assert_eq!((&before.rung, before.timed), (&now.rung, now.timed));
     }
     let names: Vec<&str> = report.rungs.iter().map(|m| m.rung.name.as_str()).collect();
-    for name in ["base", "field=f32", "size=32", "lamps=6", "minutes=2x"] {
+    for name in [
+        "base",
+        "field=f32",
+        "size=32",
+        "lamps=6",
+        "minutes=0x",
+        "minutes=2x",
+    ] {
         assert!(names.contains(&name), "{name} is not in {names:?}");
     }
     for measured in &report.rungs {
         let name = &measured.rung.name;
-        assert!(measured.frame.median > 0.0 && measured.steps > 0, "{name}");
+        let is_trained = measured.rung.minutes > 0.0;
+        assert!(measured.frame.median > 0.0, "{name}");
+        assert_eq!(measured.steps > 0, is_trained, "{name}");
         assert!(
             measured.fidelity.psnr_db > 5.0,
             "{name}: {:?}",
             measured.fidelity
         );
-        assert!(
-            measured.cost.disk_bytes > 0 && measured.cost.memory_bytes > 0,
-            "{name}"
-        );
+        assert!(measured.cost.memory_bytes > 0, "{name}");
+        assert_eq!(measured.cost.disk_bytes > 0, is_trained, "{name}");
         let picture = super::folder(&project)
             .join("pictures")
             .join(&measured.picture);
@@ -339,6 +348,9 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
     // A round of epochs may be more than was asked for.
     let [once, twice] = ["base", "minutes=2x"].map(|name| of(name).steps as f64);
     assert!((twice - 2.0 * once).abs() <= 20.0, "{once} {twice}");
+    let none = of("minutes=0x");
+    assert!(none.steps == 0 && none.cost.disk_bytes == 0 && none.fidelity.psnr_db > 15.0);
+    assert!(none.cost.memory_bytes > 0 && none.cost.memory_bytes < half.cost.memory_bytes);
     assert!(table.contains("lamps=6") && table.contains("virtual-subjects"));
     assert_eq!(table.lines().count(), 1 + report.rungs.len());
     let columns = table.lines().next().unwrap().split(',').count();
@@ -361,6 +373,9 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
     let back = Project::open(&project.root)?;
     assert_eq!(back.settings, project.settings);
     assert_eq!(Calibration::load(&back)?.rig, before.rig);
+    // Without training the project has no network.
+    apply(&back, "minutes=0x", &Progress::silent())?;
+    assert!(!project.checkpoint_path().exists());
     // With one applied, the ladder still goes on, and nothing is left to do.
     apply(&back, "size=32", &Progress::silent())?;
     let large = Project::open(&project.root)?;

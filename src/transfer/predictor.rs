@@ -6,6 +6,7 @@ use calibration::Calibration;
 use footage::Frame;
 use project::Project;
 use reflectance::{Device, DeviceField, Predictor, ReflectanceField};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Share of a trained network in the mean of network and transfer: their errors are unlike. docs/method.md has the figures.
@@ -48,6 +49,33 @@ impl OlatPredictor {
             network,
             device: device.clone(),
         })
+    }
+
+    /// Reads the exemplars, and the network of a checkpoint's folder if one is given.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_at(
+        project: &Project,
+        calibration: &Calibration,
+        checkpoint: Option<&Path>,
+        device: &Device,
+    ) -> Result<Self> {
+        let network = checkpoint.map(|folder| Predictor::open_at(project, folder, device));
+        Ok(Self {
+            transfer: Arc::new(Transfer::open(project, calibration)?),
+            network: network.transpose()?,
+            device: device.clone(),
+        })
+    }
+
+    /// The same without one exemplar, by its number in the project.
+    #[must_use]
+    pub fn without(self, pose: usize) -> Self {
+        Self {
+            transfer: Arc::new(self.transfer.without(pose)),
+            ..self
+        }
     }
 
     /// The project's network; None before any training.

@@ -144,6 +144,17 @@ impl Transfer {
         rest
     }
 
+    /// Bytes of the exemplars in memory.
+    pub fn bytes(&self) -> usize {
+        let of = |pose: &Arc<Pose>| {
+            let pixels = pose.mask.pixels.len() + pose.depth.pixels.len();
+            size_of_val(&pose.bare[..])
+                + size_of_val(&pose.normals[..])
+                + size_of::<f32>() * (pixels + pose.contrast.pixels.len())
+        };
+        self.poses.iter().map(of).sum()
+    }
+
     /// The interview's light as a sum of the lamps, exposure included.
     pub fn weights(&self) -> &[[f32; 3]] {
         &self.weights

@@ -121,10 +121,11 @@ fn report_ui(
 fn words(report: &ConfidenceReport, frame: &FrameConfidence) -> String {
     let times = frame.distance / report.far;
     let expected = frame.expected.map_or(String::new(), |expected| {
-        format!(
-            ", {:.1} dB ({:.1} at least)",
-            expected.psnr_db, expected.at_least_db
-        )
+        let decibels = format!(", {:.1} dB", expected.psnr_db);
+        match report.promised(frame) {
+            Some(at_least) => format!("{decibels} ({at_least:.1} at least)"),
+            None => format!("{decibels} or less"),
+        }
     });
     format!("Frame {}: {times:.1} × as far{expected}", frame.frame)
 }
