@@ -174,12 +174,15 @@ fn folder(project: &Project) -> PathBuf {
     project.result_path("confidence")
 }
 
-/// What tells calibrations apart: FNV-1a of the file's text.
+/// What tells calibrations apart: FNV-1a of the file's text, or nothing without a file.
 ///
 /// # Errors
-/// When the project has no calibration that can be read.
+/// When the file cannot be read.
 pub fn mark(project: &Project) -> Result<String> {
     let path = project.calibration_path();
+    if !path.exists() {
+        return Ok(String::new());
+    }
     let text = files::read_text(&path, files::MOST_TEXT)
         .map_err(|e| Error::io("read", &path, e, "Calibrate the project again"))?;
     let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {

@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-const FORMAT: u32 = 1;
+/// 1 measured the network alone, without the exemplars.
+const FORMAT: u32 = 2;
 const NAME: &str = "ladder.json";
 
 /// A project's folder of measured rungs: `ladder.json`, `ladder.csv`, `pictures/`, and the networks in `runs/`.

@@ -105,6 +105,7 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
     window.get_by_label("Use this framing").click();
     window.run();
     window.get_by_label_contains("belong to the old framing");
+    crate::until_shown(&mut window);
     crate::live::until_idle(&mut window, "a framing that waits");
     assert_eq!(
         framing(&project),

@@ -48,7 +48,8 @@ fn training_says_what_it_will_look_like_and_cost_before_it_runs() {
         let read = matches!(app.footage().picture(), Some(Ok(_)));
         read && app.training().records.is_some()
     });
-    window.run_steps(3);
+    crate::until_shown(&mut window);
+    crate::live::until_idle(&mut window, "a training that has not begun");
     for what in ["Data", "Time", "Steps", "Memory", "Disk", "You see"] {
         window.get_by_label(what);
     }
@@ -71,7 +72,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     window.get_by_label("10 min. Stop or pause at any time");
     window.get_by_label("as many as fit. The rate is known after the first seconds");
     window.get_by_label_contains("every 30 s; older checkpoints thin out");
-    window.get_by_label_contains("the relit picture after 30 s");
+    window.get_by_label_contains("the relit picture, renewed every 30 s");
     until(&mut window, "frame behind the preview", |app| {
         matches!(app.footage().picture(), Some(Ok(_)))
     });

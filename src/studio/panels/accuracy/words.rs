@@ -10,6 +10,7 @@ pub fn title(measured: &Measured) -> String {
     };
     let value = rung.name.split_once('=').map_or("", |(_, value)| value);
     let value = match knob {
+        Knob::Minutes if value == "0x" => "none".to_owned(),
         Knob::Minutes => format!("{value} as long"),
         Knob::Effects => value.replace('-', " "),
         Knob::Field => value.replace('-', " "),

@@ -134,7 +134,7 @@ fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut V
     quiet_ui(
         ui,
         &format!(
-            "Measuring compares the network's prediction under every lamp with the photograph, in {poses}\
+            "Measuring compares the prediction under every lamp with the photograph, in {poses}\
              {frames}."
         ),
     );

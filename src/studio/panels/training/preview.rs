@@ -72,7 +72,9 @@ fn sentences(
         ),
         (
             "You see",
-            format!("curves and a pose beside its truth; the relit picture after {saves}"),
+            format!(
+                "curves, a pose beside its truth, and the relit picture, renewed every {saves}"
+            ),
         ),
     ]
 }
