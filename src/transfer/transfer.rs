@@ -370,38 +370,39 @@ impl<'a> Target<'a> {
         let mut roots = vec![0.0; self.pixels.len() * 3 * stride];
         let mut lit = vec![[0.0; 3]; self.pixels.len()];
         let width = found.size.0;
-        let predict = |((roots, lit), pixels): ((&mut [f32], &mut [[f32; 3]]), &[usize])| {
-            let (mut wanted, mut pulled) = (vec![0.0; stride], vec![0.0; 3 * stride]);
-            let (energies, weights) = (&energies, &weights);
-            vectorized(
-                #[inline(always)]
-                || {
-                    for (i, &p) in pixels.iter().enumerate() {
-                        let places = found.place((p % width, p / width));
-                        let normal: Vec3 = places.iter().map(|&(q, w)| pose.normals[q] * w).sum();
-                        turned.shade(normal, &mut wanted);
-                        pull(&pose.bare, places, &mut pulled);
-                        for c in 0..3 {
-                            let out = &mut roots[(3 * i + c) * stride..][..stride];
-                            turned.blend(&pulled[c * stride..][..stride], out);
-                            let mut sum = 0.0;
-                            let lamps = wanted.iter().zip(&energies[c]).zip(&weights[c]);
-                            for (root, ((wanted, energy), weight)) in out.iter_mut().zip(lamps) {
-                                let scale = wanted * energy;
-                                sum += weight * scale * *root * *root;
-                                *root *= scale.sqrt();
-                            }
-                            lit[i][c] = sum;
-                        }
-                    }
-                },
-            );
-        };
         roots
             .par_chunks_mut((PIXELS * 3 * stride).max(1))
             .zip(lit.par_chunks_mut(PIXELS))
             .zip(self.pixels.par_chunks(PIXELS))
-            .for_each(predict);
+            .for_each(|((roots, lit), pixels)| {
+                let (mut wanted, mut pulled) = (vec![0.0; stride], vec![0.0; 3 * stride]);
+                let (energies, weights) = (&energies, &weights);
+                vectorized(
+                    #[inline(always)]
+                    || {
+                        for (i, &p) in pixels.iter().enumerate() {
+                            let places = found.place((p % width, p / width));
+                            let normal: Vec3 =
+                                places.iter().map(|&(q, w)| pose.normals[q] * w).sum();
+                            turned.shade(normal, &mut wanted);
+                            pull(&pose.bare, places, &mut pulled);
+                            for c in 0..3 {
+                                let out = &mut roots[(3 * i + c) * stride..][..stride];
+                                turned.blend(&pulled[c * stride..][..stride], out);
+                                let mut sum = 0.0;
+                                let lamps = wanted.iter().zip(&energies[c]).zip(&weights[c]);
+                                for (root, ((wanted, energy), weight)) in out.iter_mut().zip(lamps)
+                                {
+                                    let scale = wanted * energy;
+                                    sum += weight * scale * *root * *root;
+                                    *root *= scale.sqrt();
+                                }
+                                lit[i][c] = sum;
+                            }
+                        }
+                    },
+                );
+            });
         (roots, lit)
     }
 
@@ -489,8 +490,12 @@ impl<'a> Target<'a> {
             .collect();
         let mut olats = vec![0.0; self.pixels.len() * values];
         let mut spreads = vec![0.0; self.pixels.len()];
-        let blend =
-            |(first, ((olats, spreads), pixels)): (usize, ((&mut [f32], &mut [f32]), &[usize]))| {
+        let of_lamps: Vec<Vec<f32>> = olats
+            .par_chunks_mut((PIXELS * values).max(1))
+            .zip(spreads.par_chunks_mut(PIXELS))
+            .zip(self.pixels.par_chunks(PIXELS))
+            .enumerate()
+            .map(|(first, ((olats, spreads), pixels))| {
                 let (mut below, mut squares) = (vec![0.0; stride], vec![0.0; values]);
                 let mut of_lamps = vec![0.0; stride];
                 vectorized(
@@ -555,13 +560,7 @@ impl<'a> Target<'a> {
                     },
                 );
                 of_lamps
-            };
-        let of_lamps: Vec<Vec<f32>> = olats
-            .par_chunks_mut((PIXELS * values).max(1))
-            .zip(spreads.par_chunks_mut(PIXELS))
-            .zip(self.pixels.par_chunks(PIXELS))
-            .enumerate()
-            .map(blend)
+            })
             .collect();
         let mean = |lamp: usize| {
             let sum: f32 = of_lamps.iter().map(|of| of[lamp]).sum();
