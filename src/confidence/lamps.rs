@@ -1,7 +1,7 @@
 //! Under which lamps a picture's OLATs are worst.
 //!
-//! Of a left-out pose is known by how much each lamp's error is above the picture's. What lamps have in common in all poses is
-//! taken from there; what a lamp spread since the middle of the training, more than it usually does, tells the rest.
+//! Each left-out pose shows by how much each lamp's error exceeds the picture's. The mean over the poses is a lamp's usual
+//! share; a spread of the exemplars that is wider than usual raises it.
 
 use serde::{Deserialize, Serialize};
 
