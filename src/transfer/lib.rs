@@ -5,8 +5,10 @@ mod blur;
 mod contrast;
 pub mod flow;
 mod lamps;
+mod matching;
 mod predictor;
 mod shape;
+mod target;
 mod transfer;
 mod turn;
 
