@@ -235,15 +235,28 @@ fn a_small_shoot_has_its_confidence_which_ages_with_the_calibration() {
         "{}",
         report.sentence()
     );
-    let mut lit_from_elsewhere = report.clone();
-    lit_from_elsewhere.uncovered = 0.3;
-    assert!((lit_from_elsewhere.frames.iter()).all(|f| lit_from_elsewhere.promised(f).is_none()));
-    assert!(lit_from_elsewhere.sentence().contains("They may be worse"));
-    let near = report
-        .frames
-        .iter()
-        .filter(|frame| frame.distance <= report.far);
-    assert!(near.clone().count() > 0 && near.clone().all(|frame| report.promised(frame).is_some()));
+    // A promise for frames like the poses, under light that the lamps have.
+    let promises = |far: f32, uncovered: f32| {
+        let mut report = report.clone();
+        (report.far, report.uncovered) = (far, uncovered);
+        let promised = report
+            .frames
+            .iter()
+            .filter_map(|frame| report.promised(frame));
+        (promised.count(), report.sentence())
+    };
+    let (all, sentence) = promises(f32::MAX, 0.0);
+    assert!(all == 3 && sentence.contains("at least"), "{sentence}");
+    let (none, sentence) = promises(f32::MAX, 0.3);
+    assert!(
+        none == 0 && sentence.contains("They may be worse: 30 %"),
+        "{sentence}"
+    );
+    let (none, sentence) = promises(0.0, 0.0);
+    assert!(
+        none == 0 && sentence.contains("It may be worse"),
+        "{sentence}"
+    );
     let judged = report.judged.unwrap();
     assert!(judged.frames > 0 && judged.correlation.is_finite());
     let worst = report.worst_olats();
