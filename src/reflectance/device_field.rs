@@ -3,14 +3,14 @@
 use super::compressed::CompressedField;
 use super::field::ReflectanceField;
 use super::half_field::HalfField;
-use super::render::{relight, tensor_from_image, tensor_from_weights};
+use super::render::{relight, tensor_from_image, tensor_from_mask, tensor_from_weights};
 use base::error::{Error, Result};
 use burn::tensor::{Device, Tensor, TensorData};
 use burn_cubecl::cubecl::wgpu::{AutoCompiler, WgpuResource, WgpuServer};
 use burn_cubecl::kernel::into_contiguous;
 use burn_cubecl::{Cube, CubeBackend};
 use cubecl_runtime::storage::ManagedResource;
-use imaging::Image;
+use imaging::{Image, Mask};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Largest factor by which [`DeviceField::summing_to`] scales a pixel.
@@ -71,13 +71,17 @@ impl DeviceField {
         Self::finished(tensor(field, device))
     }
 
-    /// The mean of this field, which counts with `share`, and another of its size, which counts with the rest.
+    /// The mean of this field, which counts with each pixel's `share` from 0 to 1, and another of its size, which counts with the
+    /// rest: the square of the mean of roots.
     ///
     /// # Errors
     /// When the device fails.
-    pub fn mixed(self, other: &ReflectanceField, share: f32) -> Result<Self> {
-        let other = tensor(other, &self.olats.device());
-        Self::finished(self.olats * share + other * (1.0 - share))
+    pub fn mixed(self, other: &ReflectanceField, share: &Mask) -> Result<Self> {
+        let device = self.olats.device();
+        let share = tensor_from_mask(share, &device);
+        let root = |olats: Tensor<4>| olats.clamp_min(0.0).sqrt();
+        let (own, other) = (root(self.olats), root(tensor(other, &device)));
+        Self::finished((other.clone() + (own - other) * share).square())
     }
 
     /// The field scaled pixel by pixel such that its sum under `weights` is `plate`; no pixel is scaled by more than 8.

@@ -4,6 +4,7 @@
 mod blur;
 mod contrast;
 pub mod flow;
+mod half_rows;
 mod lamps;
 mod matching;
 mod predictor;

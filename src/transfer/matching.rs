@@ -63,14 +63,3 @@ impl Match {
         (0..width * height).map(follow).collect()
     }
 }
-
-/// The values of one pixel, pulled over by bilinear interpolation.
-#[inline(always)]
-pub fn pull(values: &[f32], places: [(usize, f32); 4], out: &mut [f32]) {
-    let n = out.len();
-    let [a, b, c, d] = places.map(|(p, _)| &values[p * n..][..n]);
-    let [wa, wb, wc, wd] = places.map(|(_, w)| w);
-    for ((((out, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-        *out = wa * a + wb * b + wc * c + wd * d;
-    }
-}

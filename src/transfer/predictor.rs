@@ -1,6 +1,6 @@
 //! OLATs of the interview's frames: the exemplars carried over, corrected by the project's network where there is one.
 
-use crate::transfer::Transfer;
+use crate::transfer::{Carried, Transfer};
 use base::error::Result;
 use calibration::Calibration;
 use footage::Frame;
@@ -9,8 +9,13 @@ use reflectance::{Device, DeviceField, Predictor, ReflectanceField};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Share of a trained network in the mean of network and transfer: their errors are unlike. docs/method.md has the figures.
-const NETWORK_SHARE: f32 = 0.2;
+/// Share of a trained network in the mean of network and transfer where exemplars explain the frame: errors of both are unlike.
+/// docs/method.md has the figures.
+const NETWORK_SHARE: f32 = 0.1;
+/// How much larger the share is where no exemplar explains the frame.
+const UNKNOWN_SHARE: f32 = 0.5;
+/// [`Carried::unlike`] at which it is larger by half of that.
+const UNLIKE: f32 = 0.4;
 /// Steps of training after which the network has its whole share. Before, it has learnt less than the exemplars show.
 const FULL_STEPS: f32 = 3000.0;
 
@@ -102,7 +107,7 @@ impl OlatPredictor {
     /// # Errors
     /// When the device fails.
     pub fn predict_on_device(&self, frame: &Frame) -> Result<DeviceField> {
-        self.corrected(self.transfer.carry(frame).field, frame)
+        self.corrected(self.transfer.carry(frame), frame)
     }
 
     /// Predicts the OLATs of a pose of the project from the other poses: no pose explains itself.
@@ -110,18 +115,23 @@ impl OlatPredictor {
     /// # Errors
     /// When the device fails.
     pub fn predict_without(&self, frame: &Frame, pose: usize) -> Result<ReflectanceField> {
-        self.corrected(self.transfer.without(pose).carry(frame).field, frame)?
+        self.corrected(self.transfer.without(pose).carry(frame), frame)?
             .read()
     }
 
-    fn corrected(&self, carried: ReflectanceField, frame: &Frame) -> Result<DeviceField> {
+    fn corrected(&self, carried: Carried, frame: &Frame) -> Result<DeviceField> {
         match &self.network {
-            None => DeviceField::upload(&carried, &self.device),
+            None => DeviceField::upload(&carried.field, &self.device),
             Some(network) => {
-                let share = NETWORK_SHARE * (network.info().step as f32 / FULL_STEPS).min(1.0);
+                let learnt = (network.info().step as f32 / FULL_STEPS).min(1.0);
+                let share = carried.unlike.map(|unlike| {
+                    let square = unlike * unlike;
+                    let unknown = square / (square + UNLIKE * UNLIKE);
+                    learnt * (NETWORK_SHARE + UNKNOWN_SHARE * unknown)
+                });
                 let field = network.predict_on_device(frame)?;
                 field
-                    .mixed(&carried, share)?
+                    .mixed(&carried.field, &share)?
                     .summing_to(&frame.plate, self.transfer.weights())
             }
         }

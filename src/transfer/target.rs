@@ -4,7 +4,7 @@ use crate::blur::blur;
 use crate::contrast::local_contrast;
 use crate::flow::{FlowSettings, flow};
 use crate::lamps::{Lamps, TurnedLamps, falloff};
-use crate::matching::{Match, pull};
+use crate::matching::Match;
 use crate::shape::{inside, quantile};
 use crate::transfer::{Carried, Pose, Transfer};
 use crate::turn::{SeenPoint, head_turn, turn_degrees};
@@ -229,7 +229,7 @@ impl<'a> Target<'a> {
                             let normal: Vec3 =
                                 places.iter().map(|&(q, w)| pose.normals[q] * w).sum();
                             turned.shade(normal, &mut wanted);
-                            pull(&pose.bare, places, &mut pulled);
+                            pose.bare.pull(places, &mut pulled);
                             for c in 0..3 {
                                 let out = &mut roots[(3 * i + c) * stride..][..stride];
                                 turned.blend(&pulled[c * stride..][..stride], out);

@@ -1,5 +1,6 @@
 //! The exemplars, ready to be carried over to frames.
 
+use crate::half_rows::HalfRows;
 use crate::lamps::{Lamps, shading};
 use crate::matching::Match;
 use crate::shape::{depth, inside, normals};
@@ -35,8 +36,8 @@ pub struct Pose {
     /// Heights towards the camera in pixels.
     pub depth: Raster<f32>,
     pub normals: Vec<Vec3>,
-    /// Roots of the OLATs over their lamps' energy and shading: `bare[(pixel · 3 + channel) · stride + lamp]`.
-    pub bare: Vec<f32>,
+    /// Roots of the OLATs over their lamps' energy and shading, `[3, stride]` a pixel.
+    pub bare: HalfRows,
 }
 
 /// All exemplars of a project, which predict the OLATs of its frames without training: reflectance transfer after Peers,
@@ -121,7 +122,7 @@ impl Transfer {
     pub fn bytes(&self) -> usize {
         let of = |pose: &Arc<Pose>| {
             let pixels = pose.mask.pixels.len() + pose.depth.pixels.len();
-            size_of_val(&pose.bare[..])
+            pose.bare.bytes()
                 + size_of_val(&pose.normals[..])
                 + size_of::<f32>() * (pixels + pose.contrast.pixels.len())
         };
@@ -187,21 +188,15 @@ impl Pose {
             normals(&even, &directions)
         };
         let stride = lamps.stride;
-        let mut bare = vec![0.0; pixels * 3 * stride];
-        bare.par_chunks_exact_mut((3 * stride).max(1))
-            .zip(&normals)
-            .enumerate()
-            .for_each(|(p, (bare, normal))| {
-                for (m, (olat, direction)) in
-                    exemplar.olats.iter().zip(&lamps.directions).enumerate()
-                {
-                    let shading = shading(*normal, *direction);
-                    for c in 0..3 {
-                        bare[c * stride + m] =
-                            (olat.pixels[p][c].max(0.0) / (lamps.energies[m][c] * shading)).sqrt();
-                    }
+        let bare = HalfRows::new(&exemplar.mask, 3 * stride, |p, bare| {
+            for (m, (olat, direction)) in exemplar.olats.iter().zip(&lamps.directions).enumerate() {
+                let shading = shading(normals[p], *direction);
+                for c in 0..3 {
+                    bare[c * stride + m] =
+                        (olat.pixels[p][c].max(0.0) / (lamps.energies[m][c] * shading)).sqrt();
                 }
-            });
+            }
+        });
         Self {
             number: exemplar.pose,
             contrast: matched_contrast(&plate, &matte, CONTRAST),

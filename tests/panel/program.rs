@@ -15,7 +15,7 @@ use std::process::{Command, ExitCode, Stdio};
 /// Measures the panel and writes its page.
 #[derive(Debug, Parser)]
 struct Options {
-    /// Minutes of training, one after the other; none measures what needs no training.
+    /// Minutes of training in all, in rising order; none measures what needs no training.
     #[arg(long, value_delimiter = ',')]
     minutes: Vec<f64>,
     /// Working size in pixels.
@@ -172,11 +172,10 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
             figures: score(method, method)?,
         });
     }
-    let mut trained = 0.0;
     for minutes in &options.minutes {
         let kept = |method: &str| format!("{method}-{minutes}");
         if !work.join(format!("{}.json", kept("network"))).exists() {
-            let more = (minutes - trained).to_string();
+            let total = minutes.to_string();
             afterlight(
                 options,
                 &[
@@ -185,13 +184,12 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
                     "--preset",
                     "quick",
                     "--minutes",
-                    &more,
+                    &total,
                     "--exclude-truth",
                     &from,
                 ],
             )?;
         }
-        trained = *minutes;
         for method in ["prediction", "network"] {
             let method_after = format!("{method}, {minutes} min");
             rows.push(Row {
