@@ -298,6 +298,32 @@ fn a_killed_run_leaves_a_readable_checkpoint() {
     }
 }
 
+#[test]
+fn a_training_says_what_it_adds_to_a_pose_that_was_held_out() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let (project, _) = project(folder.path(), "film");
+    let train = |more: &[&str]| -> serde_json::Value {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_afterlight"));
+        command.arg("train").arg(&project.root);
+        command.args(["--device", "cpu", "--epochs", "1", "--fresh", "--json"]);
+        command.args(["--set", "width=8", "--set", "most-channels=16"]);
+        let output = command.args(more).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let found = &train(&["--hold-out", "1"])["prediction"];
+    assert_eq!(found["pose"], 1);
+    let [carried, corrected] =
+        ["carried_db", "corrected_db"].map(|key| found[key].as_f64().unwrap());
+    // A step or two are a share of next to nothing.
+    assert!(
+        carried > 15.0 && (corrected - carried).abs() < 0.5,
+        "{found}"
+    );
+    assert!(train(&[])["prediction"].is_null());
+}
+
 /// All bytes of a folder's checkpoint: the table's figures, and each weight file that it names.
 fn contents(folder: &Path) -> (CheckpointInfo, Vec<Vec<u8>>) {
     let table = std::fs::read_to_string(folder.join("checkpoint.toml")).unwrap();

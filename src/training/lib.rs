@@ -38,7 +38,7 @@ pub use gradient::clip;
 pub use history::History;
 pub use pace::steps_ms;
 pub use records::Records;
-pub use report::TrainReport;
+pub use report::{Prediction, TrainReport};
 pub use run::train;
 pub use together::{Stage, train_together};
 pub use trainer::Trainer;

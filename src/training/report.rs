@@ -25,8 +25,22 @@ pub struct TrainReport {
     pub skipped_steps: u64,
     /// The best score on the held-out pose.
     pub held_out: Option<HeldOut>,
+    /// The held-out pose without and with the network; None without one, or from whom only trains.
+    pub prediction: Option<Prediction>,
     /// Lamps whose outputs were stuck at black or white in the last two checks.
     pub dead_lamps: Vec<String>,
+}
+
+/// The held-out pose, predicted from the other poses: PSNR of its OLATs in dB. The pose also chose the network that predicts, so
+/// the second figure is a little too good.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Prediction {
+    /// Number of the pose, from 0.
+    pub pose: usize,
+    /// The exemplars alone.
+    pub carried_db: f64,
+    /// With the trained network.
+    pub corrected_db: f64,
 }
 
 /// The figures of one step.

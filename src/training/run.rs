@@ -269,6 +269,7 @@ impl<'a> Run<'a> {
             loss_render: self.losses.rendering.unwrap_or(f32::NAN),
             skipped_steps: self.monitor.skipped(),
             held_out: info.held_out,
+            prediction: None,
             dead_lamps: self.dead.names(&self.project.settings.shoot.lamps),
         })
     }

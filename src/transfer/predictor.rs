@@ -83,6 +83,15 @@ impl OlatPredictor {
         }
     }
 
+    /// The same without the network.
+    #[must_use]
+    pub fn alone(self) -> Self {
+        Self {
+            network: None,
+            ..self
+        }
+    }
+
     /// The project's network; None before any training.
     pub fn network(&self) -> Option<&Predictor> {
         self.network.as_ref()

@@ -17,6 +17,7 @@ pub use layout::{SheetLayout, place_by_direction};
 pub use marks::{Mark, MarkedOlat, Marks};
 pub use measure::{ReviewReport, ReviewSettings, own_truth, review};
 pub use pictures::ScoredPictures;
+pub use reviewer::with_and_without_network;
 
 use super::flicker::ClipFlicker;
 use super::metrics::pooled;

@@ -1,7 +1,7 @@
 //! Measures the prediction: every case beside its truth, under every lamp.
 
 use super::super::flicker::{self, ClipFlicker};
-use super::super::metrics::{check, encoded, mean_inside, scale};
+use super::super::metrics::{check, encoded, mean_inside, psnr, scale};
 use super::super::{Truth, flip::PIXELS_PER_DEGREE, flip::flip, ssim};
 use super::pictures::CasePictures;
 use super::{Case, CaseScores, FORMAT, Fingerprint, OlatScore, Review};
@@ -19,6 +19,22 @@ use transfer::OlatPredictor;
 
 /// What is kept when a person stops it.
 const KEPT: &str = "the figures measured before are kept";
+
+/// PSNR in dB of a pose's OLATs, predicted from the other poses: by the exemplars alone, and with the project's network. It says
+/// what training is worth if training did not see the pose.
+///
+/// # Errors
+/// When there is no calibration, a file cannot be read, or the device fails.
+pub fn with_and_without_network(
+    project: &Project,
+    pose: usize,
+    device: DeviceChoice,
+) -> Result<[f64; 2]> {
+    let mut reviewer = Reviewer::open(project, None, device)?;
+    let with = reviewer.decibels(pose)?;
+    reviewer.predictor = reviewer.predictor.alone();
+    Ok([reviewer.decibels(pose)?, with])
+}
 
 /// The prediction, and everything that it is measured on.
 pub(super) struct Reviewer<'a> {
@@ -89,6 +105,11 @@ impl<'a> Reviewer<'a> {
         };
         check(&pictures.compared())?;
         Ok(pictures)
+    }
+
+    /// PSNR in dB of a pose's OLATs.
+    fn decibels(&self, pose: usize) -> Result<f64> {
+        Ok(psnr(&[self.predict(Case::Pose(pose))?.compared()])?.mean_db)
     }
 
     /// How much the interview flickers under the project's first environment, or a built-in one.

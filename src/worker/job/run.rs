@@ -12,9 +12,10 @@ use check::{Evidence, LitEnvironment};
 use confidence::confidence;
 use evaluation::blind::{answers, blind};
 use evaluation::evaluate;
-use evaluation::review::review;
+use evaluation::review::{review, with_and_without_network};
 use export::relight::find_environment;
 use footage::{FindPerson, make_mattes};
+use gpu::DeviceChoice;
 use light::Lighting;
 use person::Segmenter;
 use project::Project;
@@ -22,7 +23,7 @@ use reflectance::checkpoint;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tradeoff::{apply, tradeoff};
-use training::checkpoints;
+use training::{Prediction, checkpoints};
 
 impl Job {
     /// Does it; files are written when it succeeds.
@@ -87,7 +88,11 @@ impl Job {
             Self::Train { project, settings } => {
                 let project = Project::open(&project)?;
                 let calibration = Calibration::load(&project)?;
-                training::train(&project, &calibration, &settings, progress).map(Outcome::Trained)
+                let mut report = training::train(&project, &calibration, &settings, progress)?;
+                if let Some(pose) = settings.hold_out.filter(|_| !progress.cancelled()) {
+                    report.prediction = judged(&project, pose, settings.device, progress);
+                }
+                Ok(Outcome::Trained(report))
             }
             Self::GoBack { project, to } => {
                 let project = Project::open(&project)?;
@@ -201,6 +206,26 @@ impl Job {
                 let project = Project::open(&project)?;
                 checkpoint::pack(&project.checkpoint_path(), &to).map(Outcome::Packed)
             }
+        }
+    }
+}
+
+/// What a trained network is worth on a pose that was held out. A training is no less finished where that cannot be told.
+fn judged(
+    project: &Project,
+    pose: usize,
+    device: DeviceChoice,
+    progress: &Progress,
+) -> Option<Prediction> {
+    match with_and_without_network(project, pose, device) {
+        Ok([carried_db, corrected_db]) => Some(Prediction {
+            pose,
+            carried_db,
+            corrected_db,
+        }),
+        Err(e) => {
+            progress.report(format!("The held-out pose was not predicted: {e}"), &e);
+            None
         }
     }
 }

@@ -30,6 +30,12 @@ pub(super) fn trained(report: &TrainReport) -> String {
     if !known.is_empty() {
         text += &format!(". Error: {}, by {}", known.join(", "), report.features);
     }
+    if let Some(found) = &report.prediction {
+        text += &format!(
+            ". OLATs of pose {}, held out: {:.1} dB carried over, {:.1} dB with the network",
+            found.pose, found.carried_db, found.corrected_db
+        );
+    }
     text
 }
 
@@ -203,6 +209,7 @@ mod tests {
                 loss_render,
                 skipped_steps: 0,
                 held_out: None,
+                prediction: None,
                 dead_lamps: vec![],
             })
         };
