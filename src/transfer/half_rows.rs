@@ -50,8 +50,11 @@ impl HalfRows {
             .zip(&pixels)
             .for_each_init(Vec::new, |out, (row, &p)| {
                 filled(out, p);
-                out.iter_mut()
-                    .for_each(|v| *v = (*v / scale).max(0.0).min(1.0));
+                for v in &mut *out {
+                    let share = *v / scale;
+                    // NaN is nothing.
+                    *v = if share > 0.0 { share.min(1.0) } else { 0.0 };
+                }
                 row.convert_from_f32_slice(out);
             });
         Self {
