@@ -316,9 +316,9 @@ fn a_training_says_what_it_adds_to_a_pose_that_was_held_out() {
     assert_eq!(found["pose"], 1);
     let [carried, corrected] =
         ["carried_db", "corrected_db"].map(|key| found[key].as_f64().unwrap());
-    // A step or two are a share of next to nothing.
+    // The network takes part, but a few steps give it a share of next to nothing.
     assert!(
-        carried > 15.0 && (corrected - carried).abs() < 0.5,
+        carried > 15.0 && corrected != carried && (corrected - carried).abs() < 0.5,
         "{found}"
     );
     assert!(train(&[])["prediction"].is_null());

@@ -235,3 +235,30 @@ fn device_failure(cause: &dyn std::fmt::Debug) -> Error {
         ("Try again on the CPU", "--device cpu"),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_mixed_by_roots_and_each_pixel_s_share() {
+        let field = |lit: [f32; 3]| ReflectanceField {
+            width: 3,
+            height: 1,
+            lamps: 1,
+            values: [lit; 3].concat(),
+        };
+        let share = Mask {
+            width: 3,
+            height: 1,
+            pixels: vec![0.0, 1.0, 0.25],
+        };
+        let own = DeviceField::upload(&field([9.0, -1.0, 1.0]), &Device::flex()).unwrap();
+        let mixed = own.mixed(&field([4.0, 4.0, 9.0]), &share).unwrap();
+        // The last: (0.25·√1 + 0.75·√9)².
+        let expected = [[4.0, 0.0, 6.25]; 3].concat();
+        for (found, expected) in mixed.read().unwrap().values.iter().zip(&expected) {
+            assert!((found - expected).abs() < 1e-5, "{found} is not {expected}");
+        }
+    }
+}

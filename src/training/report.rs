@@ -25,7 +25,7 @@ pub struct TrainReport {
     pub skipped_steps: u64,
     /// The best score on the held-out pose.
     pub held_out: Option<HeldOut>,
-    /// The held-out pose without and with the network; None without one, or from whom only trains.
+    /// The prediction of the held-out pose. [`crate::train`] leaves it out; who predicts fills it in.
     pub prediction: Option<Prediction>,
     /// Lamps whose outputs were stuck at black or white in the last two checks.
     pub dead_lamps: Vec<String>,

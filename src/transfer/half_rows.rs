@@ -18,7 +18,8 @@ pub struct HalfRows {
 }
 
 impl HalfRows {
-    /// Rows of `length` values, which `fill` writes for a pixel. They are finite and not negative.
+    /// Rows of `length` values from 0 up, which `fill` writes for a pixel: once for the scale, and once to be kept. NaN becomes 0,
+    /// infinity the largest finite value.
     pub fn new(mask: &Mask, length: usize, fill: impl Fn(usize, &mut [f32]) + Sync) -> Self {
         let (width, height) = mask.size();
         let mut rows = vec![0; width * height];
@@ -52,7 +53,6 @@ impl HalfRows {
                 filled(out, p);
                 for v in &mut *out {
                     let share = *v / scale;
-                    // NaN is nothing.
                     *v = if share > 0.0 { share.min(1.0) } else { 0.0 };
                 }
                 row.convert_from_f32_slice(out);

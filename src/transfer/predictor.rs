@@ -132,12 +132,8 @@ impl OlatPredictor {
         match &self.network {
             None => DeviceField::upload(&carried.field, &self.device),
             Some(network) => {
-                let learnt = (network.info().step as f32 / FULL_STEPS).min(1.0);
-                let share = carried.unlike.map(|unlike| {
-                    let square = unlike * unlike;
-                    let unknown = square / (square + UNLIKE * UNLIKE);
-                    learnt * (NETWORK_SHARE + UNKNOWN_SHARE * unknown)
-                });
+                let steps = network.info().step;
+                let share = carried.unlike.map(|unlike| network_share(unlike, steps));
                 let field = network.predict_on_device(frame)?;
                 field
                     .mixed(&carried.field, &share)?
@@ -155,5 +151,27 @@ impl OlatPredictor {
             None => Ok(self.transfer.carry(frame).field),
             Some(_) => self.predict_on_device(frame)?.read(),
         }
+    }
+}
+
+/// Share of a network after some steps of training where a frame is so [unlike](Carried::unlike) the exemplars.
+fn network_share(unlike: f32, steps: u64) -> f32 {
+    let square = unlike * unlike;
+    let unknown = square / (square + UNLIKE * UNLIKE);
+    (steps as f32 / FULL_STEPS).min(1.0) * (NETWORK_SHARE + UNKNOWN_SHARE * unknown)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_network_counts_most_where_no_exemplar_is_like_the_frame() {
+        let close = |a: f32, b: f32| assert!((a - b).abs() < 1e-3, "{a} is not {b}");
+        close(network_share(0.0, 3000), 0.1);
+        close(network_share(0.4, 3000), 0.35);
+        close(network_share(20.0, 9000), 0.6);
+        close(network_share(20.0, 300), 0.06);
+        close(network_share(20.0, 0), 0.0);
     }
 }

@@ -195,29 +195,47 @@ pub(super) fn reviewed(report: &ReviewReport) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use training::Prediction;
+
+    fn report(loss_rec: f32, loss_render: f32) -> TrainReport {
+        TrainReport {
+            steps: 1,
+            seconds: 90.0,
+            device: "CPU".to_owned(),
+            features: "the built-in features".to_owned(),
+            parameters: 1,
+            loss_rec,
+            loss_render,
+            skipped_steps: 0,
+            held_out: None,
+            prediction: None,
+            dead_lamps: vec![],
+        }
+    }
 
     #[test]
     fn a_loss_that_no_step_had_is_left_out() {
-        let said = |loss_rec, loss_render| {
-            trained(&TrainReport {
-                steps: 1,
-                seconds: 90.0,
-                device: "CPU".to_owned(),
-                features: "the built-in features".to_owned(),
-                parameters: 1,
-                loss_rec,
-                loss_render,
-                skipped_steps: 0,
-                held_out: None,
-                prediction: None,
-                dead_lamps: vec![],
-            })
-        };
+        let said = |loss_rec, loss_render| trained(&report(loss_rec, loss_render));
         let begin = "Trained for 2 min, 1 step";
         let both = format!("{begin}. Error: OLATs 0.2500, relit 0.1250, by the built-in features");
         assert_eq!(said(0.25, 0.125), both);
         let relit = format!("{begin}. Error: relit 0.1250, by the built-in features");
         assert_eq!(said(f32::NAN, 0.125), relit);
         assert_eq!(said(f32::NAN, f32::NAN), begin);
+    }
+
+    #[test]
+    fn what_training_adds_to_a_held_out_pose_is_said() {
+        let mut report = report(f32::NAN, f32::NAN);
+        report.prediction = Some(Prediction {
+            pose: 4,
+            carried_db: 28.94,
+            corrected_db: 29.06,
+        });
+        let found = "OLATs of pose 4, held out: 28.9 dB carried over, 29.1 dB with the network";
+        assert_eq!(
+            trained(&report),
+            format!("Trained for 2 min, 1 step. {found}")
+        );
     }
 }

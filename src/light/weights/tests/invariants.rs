@@ -149,8 +149,8 @@ proptest! {
         rig in any_rig(),
         turns in proptest::collection::vec((any_environment(), -360.0f32..360.0), 4),
     ) {
-        // Columns nearer than the blur of the light, as panoramas have them: of wider ones a turn brings light to places that
-        // were dark, 11° away.
+        // Columns closer together than the light's blur, as in use: with 32 of them a turn takes light 11° at once, to places
+        // that were dark.
         let partition = Partition::fit(&rig, 128);
         for (environment, yaw) in turns {
             let coarse = environment.radiance;
