@@ -29,6 +29,16 @@ fn ratio(@builtin(global_invocation_id) id: vec3<u32>) {
     result[index(id)] = vec4<f32>(changed, 1.0);
 }
 
+// The subject with light added to it.
+@compute @workgroup_size(8, 8)
+fn add(@builtin(global_invocation_id) id: vec3<u32>) {
+    if outside(id) {
+        return;
+    }
+    let subject = first[index(id)];
+    result[index(id)] = vec4<f32>(subject.rgb + second[index(id)].rgb, subject.a);
+}
+
 // Catmull and Rom's cubic between the second and the third of four pixels.
 fn shares(t: f32) -> vec4<f32> {
     return vec4<f32>(

@@ -291,6 +291,7 @@ fn worker(shoot: &Shoot, compute: &ComputeDevice) -> Worker {
         Ok(Source {
             rig: rig.clone(),
             device: "GPU of the test".to_owned(),
+            later: None,
             comparison: Box::new(|_, _| unreachable!("nothing is compared")),
             predict: Box::new(frame),
         })

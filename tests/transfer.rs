@@ -1,15 +1,16 @@
 //! Reflectance transfer on shoots of the virtual stage: beside the truth, beside the sketch that it follows, and in hard cases.
 
 use afterlight::calibration::Calibration;
-use afterlight::evaluation::Truth;
-use afterlight::footage::{Exemplar, Frame};
+use afterlight::compositor::{FineLight, Plate};
+use afterlight::evaluation::{Truth, at_plate};
+use afterlight::footage::{Exemplar, Frame, PictureSize};
 use afterlight::imaging::color::luminance;
 use afterlight::imaging::{Image, Mask};
 use afterlight::light::Rig;
 use afterlight::reflectance::ReflectanceField;
-use afterlight::transfer::{PlatePose, Transfer};
+use afterlight::transfer::{ExemplarDetail, FineField, PlatePose, Transfer};
 use std::path::Path;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock, OnceLock};
 use test_shoot::TestShoot;
 use test_support::shown;
 
@@ -383,4 +384,108 @@ fn the_sketch_is_reached() {
         "{found:.2} dB, the sketch {expected:.2} dB"
     );
     println!("{found:.2} dB, the sketch {expected:.2} dB");
+}
+
+/// Exemplars photographed at three times the working size show what a pixel of it hides.
+#[test]
+fn light_finer_than_the_working_size_is_carried_over() {
+    let shoot = TestShoot {
+        frames: 4,
+        lamps: 12,
+        size: 96,
+        working_size: 32,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let (project, calibration) = shoot.calibrate(folder.path(), "project");
+    let truth = Truth::open(&project, &folder.path().join("shoot")).unwrap();
+    let known = *truth
+        .frames
+        .iter()
+        .find(|&&frame| truth.has_olats(frame))
+        .unwrap();
+    let (frame, filmed) = Frame::load_filmed(&project, &calibration.response, known).unwrap();
+    let plain = Plate::of(filmed, &frame).unwrap();
+    let carried = Transfer::open(&project, &calibration)
+        .unwrap()
+        .carry(&frame);
+    let detail = ExemplarDetail::read(&project, &calibration).unwrap();
+    let bytes = detail.as_ref().unwrap().bytes();
+    assert!(
+        (1 << 16..96 * 96 * 3 * 12 * 8).contains(&bytes),
+        "{bytes} bytes"
+    );
+    let of = FineField {
+        exemplars: Arc::new(OnceLock::from(detail)),
+        places: carried.places.clone(),
+        working: frame.mask.width,
+    };
+    let fine = FineField::on(Some(of.clone()), plain.clone());
+    assert!(fine.has_fine_light() && !plain.has_fine_light());
+
+    let alone = |lamp: usize, value: f32| -> Vec<[f32; 3]> {
+        (0..12)
+            .map(|other| [if other == lamp { value } else { 0.0 }; 3])
+            .collect()
+    };
+    let shown = |plate: &Plate| {
+        let olats: Vec<Image> = (0..12)
+            .map(|lamp| {
+                let olat = carried.field.olat(lamp);
+                at_plate(olat, (Some(plate), &frame.mask), &alone(lamp, 1.0))
+            })
+            .collect();
+        ReflectanceField::from_olats(&olats)
+    };
+    let truths = truth.olats_at(known, PictureSize::Plate).unwrap();
+    let [with, without] =
+        [&fine, &plain].map(|plate| decibels(&shown(plate), &truths, &plate.matte));
+    assert!(
+        with > without + 0.3,
+        "{with:.2} dB with fine light, {without:.2} dB without"
+    );
+
+    // Linear in the light, and nearly nothing under the interview's own.
+    let ratio = |weights: &[[f32; 3]]| of.clone().fine_light(&plain).ratio(weights).unwrap();
+    let size = |image: &Image| image.pixels.iter().flatten().map(|v| v.abs()).sum::<f32>();
+    let both: Vec<[f32; 3]> = alone(2, 0.7)
+        .iter()
+        .zip(alone(5, -1.3))
+        .map(|(a, b)| std::array::from_fn(|c| a[c] + b[c]))
+        .collect();
+    let apart = ratio(&alone(2, 0.7))
+        .pixels
+        .into_iter()
+        .zip(ratio(&alone(5, -1.3)).pixels);
+    for ((one, other), both) in apart.zip(ratio(&both).pixels) {
+        for c in 0..3 {
+            assert!((one[c] + other[c] - both[c]).abs() < 1e-4);
+        }
+    }
+    let light = calibration.learnt_light();
+    let single: f32 = (0..12)
+        .map(|lamp| {
+            let weights: Vec<_> = alone(lamp, 1.0)
+                .iter()
+                .zip(&light)
+                .map(|(on, light)| light.map(|v| v * on[0]))
+                .collect();
+            size(&ratio(&weights))
+        })
+        .sum();
+    let own = size(&ratio(&light));
+    assert!(
+        own < 0.25 * single,
+        "{own} under the interview's light, {single} under its lamps"
+    );
+}
+
+#[test]
+fn exemplars_of_the_working_size_have_no_finer_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, calibration) = TestShoot::default().calibrate(folder.path(), "project");
+    assert!(
+        ExemplarDetail::read(&project, &calibration)
+            .unwrap()
+            .is_none()
+    );
 }

@@ -84,6 +84,7 @@ impl<'a, B: Backend> Composition<'a, B> {
                 lamps: of.weights.per_lamp.len(),
                 lit_lamps: lit_lamps(&of.weights.per_lamp).len(),
                 plate: of.plate().map(Plate::size),
+                fine_light: of.plate().is_some_and(Plate::has_fine_light),
                 open_share: open as f32 / matte.pixels.len().max(1) as f32,
                 inputs,
                 second_picture: of.extra.second.is_some(),
@@ -194,13 +195,17 @@ impl<'a, B: Backend> Composition<'a, B> {
             self.linear = linear;
             return Ok(true);
         }
-        let (of, gain) = (self.of, self.gain);
-        let level =
-            |share: [f32; 3]| std::array::from_fn(|c| share[c] * of.levels.subject * gain[c]);
-        let weights: Vec<[f32; 3]> = of.weights.per_lamp.iter().map(|&w| level(w)).collect();
-        self.linear = self.backend.relight(&weights)?;
+        self.linear = self.backend.relight(&self.weights())?;
         self.keep(Pass::Relight, key, self.linear.clone());
         Ok(false)
+    }
+
+    /// Weights of the lamps at the picture's level.
+    fn weights(&self) -> Vec<[f32; 3]> {
+        let (of, gain) = (self.of, self.gain);
+        let level =
+            |share: &[f32; 3]| std::array::from_fn(|c| share[c] * of.levels.subject * gain[c]);
+        of.weights.per_lamp.iter().map(level).collect()
     }
 
     /// Brings the subject to the plate's size, and says whether that was cached.
@@ -209,7 +214,8 @@ impl<'a, B: Backend> Composition<'a, B> {
             self.linear = linear;
             return Ok(true);
         }
-        self.backend.plate(&mut self.linear)?;
+        let weights = self.weights();
+        self.backend.plate(&mut self.linear, &weights)?;
         self.keep(Pass::Plate, key, self.linear.clone());
         Ok(false)
     }

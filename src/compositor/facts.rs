@@ -17,6 +17,8 @@ pub struct Facts {
     pub lit_lamps: usize,
     /// Columns and rows of the plate that the light is brought to; None if the picture has the working size.
     pub plate: Option<(usize, usize)>,
+    /// The plate has light finer than the working size.
+    pub fine_light: bool,
     /// Share in `[0, 1]` of pixels that the subject does not cover wholly.
     pub open_share: f32,
     /// What the picture is made of, as numbers.

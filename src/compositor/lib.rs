@@ -60,7 +60,7 @@ pub use levels::Levels;
 pub use light_wrap::light_wrap;
 pub use picture::{Extra, Identity, Ingredients, PassReport, Picture, Upstream};
 pub use plan::plan;
-pub use plate::{Plate, PlateSquare};
+pub use plate::{FineLight, Plate, PlateSquare};
 pub use reuse::Reuse;
 pub use series::Series;
 pub use shown::ShownPicture;

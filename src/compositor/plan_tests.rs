@@ -4,6 +4,7 @@ use scene::{Background, Channel, Effects, Forced, Inspection, Output, STRENGTHS,
 
 const FACTS: Facts = Facts {
     plate: None,
+    fine_light: false,
     field_cached: false,
     weights_cached: false,
     lamps: 41,

@@ -29,7 +29,7 @@ const SHADER: Shader = Shader::new("plate", include_str!("../../shaders/plate.wg
 
 pub(crate) const PLATE: Descriptor = Descriptor {
     fixed: |_| Some("the picture's size decides"),
-    settings: |context| key(context.facts.plate),
+    settings: |context| key((context.facts.plate, context.facts.fine_light)),
     reads: |context, planned| {
         let before = planned.last().map_or(0, |before| before.key);
         key((before, context.facts.inputs.frame))
@@ -40,7 +40,14 @@ pub(crate) const PLATE: Descriptor = Descriptor {
         let (width, height) = context.facts.plate.unwrap_or_default();
         decide(
             context.facts.plate.is_some(),
-            || format!("the light is brought to the plate's {width} × {height} pixels"),
+            || {
+                let fine = if context.facts.fine_light {
+                    ", with the exemplars' fine shadows and glints"
+                } else {
+                    ""
+                };
+                format!("the light is brought to the plate's {width} × {height} pixels{fine}")
+            },
             "the picture is as large as the plate",
         )
     })
@@ -53,6 +60,19 @@ const FLOOR: f32 = 0.01;
 /// The smallest floor, for a plate that is black.
 const LEAST_FLOOR: f32 = 1e-6;
 
+/// What light does within a pixel of the working size: shadow edges, pores, glints. [`Plate::relit`] lacks it.
+pub trait FineLight: std::fmt::Debug + Send + Sync {
+    /// False while it is being read.
+    fn is_ready(&self) -> bool;
+
+    /// Added to the ratio of each pixel of the plate under lamps of these weights, and linear in them. None while it is being
+    /// read.
+    fn ratio(&self, weights: &[[f32; 3]]) -> Option<Image>;
+
+    /// The memory that it takes for this frame alone.
+    fn bytes(&self) -> usize;
+}
+
 /// A frame's plate, ready to be multiplied by light that was summed at the working size.
 #[derive(Clone, Debug)]
 pub struct Plate {
@@ -64,6 +84,7 @@ pub struct Plate {
     lit: Image,
     square: PlateSquare,
     nodes: Arc<Nodes>,
+    fine: Option<Arc<dyn FineLight>>,
 }
 
 /// The square of a plate that the network sees, in the plate's pixels.
@@ -165,7 +186,32 @@ impl Plate {
             lit,
             square,
             nodes,
+            fine: None,
         })
+    }
+
+    /// The same with light finer than the working size.
+    #[must_use]
+    pub fn with_fine_light(self, fine: Arc<dyn FineLight>) -> Self {
+        Self {
+            fine: Some(fine),
+            ..self
+        }
+    }
+
+    /// True if pictures get light finer than the working size.
+    pub fn has_fine_light(&self) -> bool {
+        self.fine.as_ref().is_some_and(|fine| fine.is_ready())
+    }
+
+    /// The square that the network sees, in the plate's pixels.
+    pub fn square(&self) -> PlateSquare {
+        self.square
+    }
+
+    /// The light that multiplies: the plate's and a floor, times the matte.
+    pub fn lit(&self) -> &Image {
+        &self.lit
     }
 
     /// The plate of a frame; `frame` is the same one at the working size.
@@ -243,6 +289,7 @@ impl Plate {
             + size_of_val(&self.filmed.pixels[..])
             + size_of_val(&self.matte.pixels[..])
             + size_of_val(&self.nodes.each[..])
+            + self.fine.as_ref().map_or(0, |fine| fine.bytes())
     }
 
     /// Whether light of `size` pixels has to be brought to this plate: not if both are the same picture.
@@ -256,7 +303,7 @@ impl Plate {
     }
 
     /// The same plate at a `factor`-th of its width and height, rounded up, for pictures that have to be there soon;
-    /// [`Self::filmed`] keeps its size.
+    /// [`Self::filmed`] keeps its size. Light is no finer than the working size.
     #[must_use]
     pub fn shrunk(&self, factor: usize) -> Self {
         let (width, height) = self.size();
@@ -272,7 +319,37 @@ impl Plate {
                 side: self.square.side * along,
             },
             nodes: self.nodes.clone(),
+            fine: None,
         }
+    }
+
+    /// The subject under lamps of these weights, of which `relit` is the sum: [`Self::relit`] and the plate's fine light.
+    ///
+    /// # Panics
+    /// As [`Self::relit`].
+    pub fn relit_by(&self, relit: &Image, working: &Mask, weights: &[[f32; 3]]) -> Image {
+        let mut picture = self.relit(relit, working);
+        if let Some(fine) = self.fine_light(weights) {
+            let pixels = picture
+                .pixels
+                .par_iter_mut()
+                .zip(&fine.pixels)
+                .with_min_len(4096);
+            pixels.for_each(|(pixel, fine)| (0..3).for_each(|c| pixel[c] += fine[c]));
+        }
+        picture
+    }
+
+    /// The light that [`Self::relit`] lacks under lamps of these weights.
+    pub(crate) fn fine_light(&self, weights: &[[f32; 3]]) -> Option<Image> {
+        let mut ratio = self.fine.as_ref()?.ratio(weights)?;
+        let pixels = ratio
+            .pixels
+            .par_iter_mut()
+            .zip(&self.lit.pixels)
+            .with_min_len(4096);
+        pixels.for_each(|(ratio, lit)| (0..3).for_each(|c| ratio[c] *= lit[c]));
+        Some(ratio)
     }
 
     /// The subject at the plate's size, premultiplied by its matte. `relit` is what [`super::reference::relight`] sums
@@ -501,6 +578,32 @@ impl Recording<'_> {
         let size = plate.lit.size();
         let (shader, lit) = ((&SHADER, "enlarge"), Some(&plate.lit));
         self.run(shader, bytes_of(&params(size)), &ratio, lit, size)
+    }
+
+    /// Adds light to a picture of the plate's size.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub(crate) fn add_light(
+        &mut self,
+        subject: &GpuPicture,
+        light: &GpuPicture,
+    ) -> Result<GpuPicture> {
+        let size = subject.size();
+        let params = PlateParams {
+            size: extent(size),
+            nodes: 0,
+            step: 0.0,
+            start: [0.0; 2],
+            unused: [0.0; 2],
+        };
+        self.run(
+            (&SHADER, "add"),
+            bytes_of(&params),
+            subject,
+            Some(light),
+            size,
+        )
     }
 }
 

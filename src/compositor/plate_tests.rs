@@ -10,6 +10,34 @@ use scene::{Background, Output};
 /// Pixels of the working size along an axis.
 const SIZE: usize = 16;
 
+/// Stripes under every lamp, as bright as the lamp; none while they are being read.
+#[derive(Debug)]
+struct Stripes(Option<(usize, usize)>);
+
+impl FineLight for Stripes {
+    fn is_ready(&self) -> bool {
+        self.0.is_some()
+    }
+
+    fn ratio(&self, weights: &[[f32; 3]]) -> Option<Image> {
+        let (width, height) = self.0?;
+        let stripe = |x: usize, lamp: usize| ((x + lamp) % 3) as f32 - 1.0;
+        let light = |x: usize, c: usize| -> f32 {
+            let lamps = weights.iter().enumerate();
+            lamps
+                .map(|(lamp, weight)| weight[c] * stripe(x, lamp))
+                .sum()
+        };
+        Some(Raster::from_fn(width, height, |x, _| {
+            [0, 1, 2].map(|c| light(x, c))
+        }))
+    }
+
+    fn bytes(&self) -> usize {
+        7
+    }
+}
+
 fn whole(side: usize) -> PlateSquare {
     PlateSquare {
         x: 0.0,
@@ -356,6 +384,56 @@ fn a_composed_picture_has_the_plate_s_size_and_says_so() {
 }
 
 #[test]
+fn fine_light_is_added_once_it_is_there() {
+    let set = Set::new(SIZE);
+    let side = 3 * SIZE;
+    let plate = Plate::new(
+        Raster::from_fn(side, side, albedo),
+        disc(side),
+        whole(side),
+        &set.mask,
+    )
+    .unwrap();
+    let fine = |size| plate.clone().with_fine_light(Arc::new(Stripes(size)));
+    assert_eq!(fine(None).bytes(), plate.bytes() + 7);
+    let scene = scene(Background::None, Output::Linear, 0.0);
+    let picture = |plate: &Plate| {
+        let extra = Extra {
+            plate: Some(plate),
+            ..Extra::default()
+        };
+        compose(
+            &scene,
+            &Ingredients {
+                extra,
+                ..set.ingredients()
+            },
+        )
+        .unwrap()
+    };
+    let reason = |picture: &crate::Picture| picture.passes[Pass::Plate as usize].reason.clone();
+    let plain = picture(&plate);
+    let waiting = picture(&fine(None));
+    assert_eq!(waiting.linear, plain.linear);
+    assert!(!reason(&waiting).contains("fine shadows"));
+    let lit = picture(&fine(Some((side, side))));
+    assert!(reason(&lit).contains("fine shadows"));
+    // Stripes of no mean: pixels change, the whole hardly.
+    let sum = |picture: &crate::Picture| {
+        let linear = picture.linear.as_ref().unwrap();
+        linear
+            .pixels
+            .iter()
+            .map(|pixel| f64::from(pixel[1]))
+            .sum::<f64>()
+    };
+    assert_ne!(lit.linear, plain.linear);
+    assert!((sum(&lit) / sum(&plain) - 1.0).abs() < 0.05);
+    // A stand-in has to be there soon.
+    assert!(!fine(Some((side, side))).shrunk(2).has_fine_light());
+}
+
+#[test]
 fn what_has_no_detail_is_enlarged() {
     let shot = Shot::new(4, 0.7);
     let even = shot.plate().without_detail(&shot.working).unwrap();
@@ -411,6 +489,16 @@ fn a_gpu_makes_the_same_of_a_plate() {
         let there = set.there(|recording| recording.plate(&subject, &on_gpu));
         assert_eq!(here.size(), (width, height));
         set.assert_same("plate", &there, &here, 1e-4);
+        let fine = plate.with_fine_light(Arc::new(Stripes(Some((width, height)))));
+        let weights = [[0.3, 0.2, 0.1], [0.5, -0.1, 0.4]];
+        let here = fine.relit_by(&relit, &working, &weights);
+        let light = fine.fine_light(&weights).unwrap();
+        let light = set.passes.upload_opaque(&light).unwrap();
+        let there = set.there(|recording| {
+            let subject = recording.plate(&subject, &on_gpu)?;
+            recording.add_light(&subject, &light)
+        });
+        set.assert_same("fine light", &there, &here, 1e-4);
     });
 }
 
@@ -437,7 +525,8 @@ fn a_picture_of_a_field_on_a_gpu_is_that_of_memory() {
         },
         &set.mask,
     )
-    .unwrap();
+    .unwrap()
+    .with_fine_light(Arc::new(Stripes(Some((90, 160)))));
     for background in [Background::Environment, Background::None] {
         let mut scene = scene(background, Output::Display, 0.0);
         scene.effects.despill = 0.5;

@@ -15,6 +15,7 @@ use project::Project;
 use reflectance::ReflectanceField;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use transfer::FineField;
 
 /// Where the reflectance field of a frame comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -54,8 +55,8 @@ impl Method {
 
 /// What a method makes of a frame.
 pub enum Predicted {
-    /// Its OLATs, of which all else is summed.
-    Field(ReflectanceField),
+    /// Its OLATs, of which all else is summed, and what light does within their pixels.
+    Field(ReflectanceField, Option<FineField>),
     /// The pictures themselves.
     Pictures(Pictures),
 }
@@ -212,7 +213,7 @@ impl Predicted {
     /// The picture under a light; pictures that were made know it by its name.
     pub(super) fn relit(&self, name: &str, weights: &[[f32; 3]]) -> Result<Image> {
         match self {
-            Self::Field(field) => {
+            Self::Field(field, _) => {
                 check_lamps(field, weights)?;
                 Ok(relight(field, weights, &lit_lamps(weights)))
             }
@@ -224,7 +225,7 @@ impl Predicted {
     /// The pictures under each lamp, if they were made.
     pub(super) fn olats(&self) -> Option<Box<dyn Iterator<Item = Image> + '_>> {
         match self {
-            Self::Field(field) => Some(Box::new((0..field.lamps).map(|lamp| field.olat(lamp)))),
+            Self::Field(field, _) => Some(Box::new((0..field.lamps).map(|lamp| field.olat(lamp)))),
             Self::Pictures(pictures) => {
                 let olats = pictures.olats.as_ref()?;
                 Some(Box::new(olats.iter().cloned()))

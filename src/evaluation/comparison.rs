@@ -2,6 +2,7 @@
 
 use super::accuracy::{Method, Predicted, Scores};
 use super::exemplars::Nearest;
+use super::learnt::single_lamps;
 use super::metrics::{Compared, Psnr, encoded, psnr};
 use super::regions::{RegionScore, regions};
 use super::truth::Truth;
@@ -19,6 +20,7 @@ use reflectance::ReflectanceField;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
+use transfer::FineField;
 
 /// What a method made of the frames of a truth.
 pub struct Comparison {
@@ -80,14 +82,14 @@ pub fn compare(
         };
         let began = Instant::now();
         let predicted = match (&nearest, method, &true_olats) {
-            (Some(nearest), ..) => Predicted::Field(nearest.field(&frame)?),
+            (Some(nearest), ..) => Predicted::Field(nearest.field(&frame)?, None),
             (None, Method::TruthOlats, Some(olats)) => {
-                Predicted::Field(ReflectanceField::from_olats(olats))
+                Predicted::Field(ReflectanceField::from_olats(olats), None)
             }
             _ => predict(&frame, true_olats.is_some())?,
         };
         times.push(match &predicted {
-            Predicted::Field(_) => began.elapsed().as_secs_f64() * 1e3,
+            Predicted::Field(..) => began.elapsed().as_secs_f64() * 1e3,
             Predicted::Pictures(pictures) => pictures.picture_ms,
         });
         let measured = |set: &mut Vec<FramePictures>, pictures, truths| {
@@ -101,18 +103,30 @@ pub fn compare(
             set.push(measured);
         };
         let limit = method == Method::TruthOlats;
-        let plate = plate.as_ref().filter(|_| !limit);
+        let fine = match &predicted {
+            Predicted::Field(_, fine) => fine.clone(),
+            Predicted::Pictures(_) => None,
+        };
+        let plate = plate
+            .filter(|_| !limit)
+            .map(|plate| FineField::on(fine, plate));
+        let plate = plate.as_ref();
         for (name, weights) in weights {
             let picture = predicted.relit(name, weights)?;
             measured(
                 relit.entry(name.clone()).or_default(),
-                vec![at_plate(picture, plate, &frame.mask)],
+                vec![at_plate(picture, (plate, &frame.mask), weights)],
                 vec![truth.relit_at(index, name, at)?],
             );
         }
         if let (Some(truths), Some(predicted)) = (true_olats, predicted.olats()) {
-            let shown = |olat| at_plate(olat, plate, &frame.mask);
-            measured(&mut olats, predicted.map(shown).collect(), truths);
+            let lamps = single_lamps(truths.len());
+            let shown = |(olat, lamp): (Image, &Vec<_>)| at_plate(olat, (plate, &frame.mask), lamp);
+            measured(
+                &mut olats,
+                predicted.zip(&lamps).map(shown).collect(),
+                truths,
+            );
         }
     }
     progress.step("evaluate", frames.len() as u64, frames.len() as u64, "");
@@ -194,14 +208,18 @@ impl Comparison {
     }
 }
 
-/// A sum of lamps at the size of its plate, as the compositor makes it, but not premultiplied; itself without one.
-pub fn at_plate(mut sum: Image, plate: Option<&Plate>, mask: &Mask) -> Image {
+/// A sum of lamps by `weights` at the size of its plate, as the compositor makes it, but not premultiplied; itself without one.
+pub fn at_plate(
+    mut sum: Image,
+    (plate, mask): (Option<&Plate>, &Mask),
+    weights: &[[f32; 3]],
+) -> Image {
     let Some(plate) = plate else {
         return sum;
     };
     extend_edges(&mut sum, mask);
     premultiply(&mut sum, mask);
-    let mut picture = plate.relit(&sum, mask);
+    let mut picture = plate.relit_by(&sum, mask, weights);
     unpremultiply(&mut picture, &plate.matte);
     picture
 }

@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use transfer::OlatPredictor;
+use transfer::{FineField, OlatPredictor};
 
 /// How long methods may learn that learn when they are evaluated, in minutes.
 pub const MINUTES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
@@ -124,7 +124,10 @@ pub fn evaluate(
             .transpose()?;
         let mut predict = |frame: &Frame, olats| match (&learnt, &predictor) {
             (Some(learnt), _) => Ok(Predicted::Pictures(learnt.predict(frame, olats)?)),
-            (None, Some(predictor)) => predicted(predictor, method, frame).map(Predicted::Field),
+            (None, Some(predictor)) => {
+                let (field, fine) = predicted(predictor, method, frame)?;
+                Ok(Predicted::Field(field, fine))
+            }
             (None, None) => Err(Error::bug("nothing to predict with")),
         };
         let compared = compare(
@@ -208,7 +211,7 @@ pub fn evaluate(
                     &calibration,
                     (&Arc::new(read), named.front().turned(0.0)),
                     flicker::middle(project),
-                    &mut |frame| predicted(predictor, settings.method, frame),
+                    &mut |frame| Ok(predicted(predictor, settings.method, frame)?.0),
                     progress,
                 )
             });
@@ -237,7 +240,10 @@ fn open_predictor(
     if settings.method == Method::Network && !project.checkpoint_path().exists() {
         Predictor::open(project, &compute.device)?;
     }
-    let predictor = OlatPredictor::open(project, calibration, &compute.device)?;
+    let mut predictor = OlatPredictor::open(project, calibration, &compute.device)?;
+    if settings.at != PictureSize::Square {
+        predictor = predictor.with_detail(project, calibration)?;
+    }
     if let Some(network) = predictor.network()
         && settings.method != Method::Transfer
     {
@@ -247,11 +253,22 @@ fn open_predictor(
 }
 
 /// OLATs of a frame by a method that [predicts](Method::predicts).
-fn predicted(predictor: &OlatPredictor, method: Method, frame: &Frame) -> Result<ReflectanceField> {
+fn predicted(
+    predictor: &OlatPredictor,
+    method: Method,
+    frame: &Frame,
+) -> Result<(ReflectanceField, Option<FineField>)> {
     match (method, predictor.network()) {
-        (Method::Transfer, _) => Ok(predictor.transfer().carry(frame).field),
-        (Method::Network, Some(network)) => network.predict(frame),
-        _ => predictor.predict(frame),
+        (Method::Transfer, _) => {
+            let carried = predictor.transfer().carry(frame);
+            let fine = predictor.fine(&carried);
+            Ok((carried.field, fine))
+        }
+        (Method::Network, Some(network)) => Ok((network.predict(frame)?, None)),
+        _ => {
+            let (field, fine) = predictor.predict_fine(frame)?;
+            Ok((field.read()?, fine))
+        }
     }
 }
 

@@ -108,7 +108,7 @@ fn run(
             let note = format!("frame {}", plan.frame);
             let done = plan.frame.saturating_sub(first) as u64;
             progress.step("relighting", done, count as u64, note);
-            let made = clip.relight_frame(plan, &frame, plate.as_ref())?;
+            let made = clip.relight_frame(plan, &frame, plate)?;
             Ok(made.map(|made| (made, made_of)))
         },
         |plan, (made, made_of): (Made, Option<String>)| {

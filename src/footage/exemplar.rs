@@ -1,7 +1,7 @@
 //! One pose of the OLAT session.
 
-use super::frame::{load_linear, load_mask};
-use super::framed::read_encoded;
+use super::frame::load_mask;
+use super::framed::{dimensions, read_encoded, read_mask};
 use super::motion::Correction;
 use base::error::Result;
 use imaging::resample::resize_area;
@@ -119,16 +119,45 @@ impl<'a> OlatReader<'a> {
     /// # Errors
     /// When it cannot be read.
     pub fn read(&self, lamp: usize) -> Result<Image> {
+        self.read_at(lamp, self.project.settings.size)
+    }
+
+    /// The same with `side` columns and rows.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_at(&self, lamp: usize, side: usize) -> Result<Image> {
         let settings = &self.project.settings;
         let picture = self.project.olat_picture(self.pose, lamp);
-        let Some(correction) = &self.correction else {
-            return load_linear(self.project, &picture, self.response);
-        };
-        let linear = self
+        let mut linear = self
             .response
             .decode(&read_encoded(&picture, &settings.framing)?);
-        let still = correction.still(&linear, settings.shoot.lamp(lamp));
-        Ok(resize_area(&still, settings.size, settings.size))
+        if let Some(correction) = &self.correction {
+            linear = correction.still(&linear, settings.shoot.lamp(lamp));
+        }
+        Ok(resize_area(&linear, side, side))
+    }
+
+    /// Columns and rows of the pose's square as it was photographed.
+    ///
+    /// # Errors
+    /// When the first OLAT cannot be read.
+    pub fn side(&self) -> Result<usize> {
+        let size = dimensions(&self.project.olat_picture(self.pose, 0))?;
+        Ok(self.project.settings.framing.of(size).side)
+    }
+
+    /// The subject's coverage with `side` columns and rows.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn mask_at(&self, side: usize) -> Result<Mask> {
+        let matte = self.project.exemplar_matte(self.pose);
+        Ok(resize_area(
+            &read_mask(&matte, &self.project.settings.framing)?,
+            side,
+            side,
+        ))
     }
 }
 

@@ -217,11 +217,8 @@ pub fn measure(
         let field = keeper.keep(predicted, compute)?;
         field_bytes = field.bytes() as u64;
         for (number, weights) in weights.iter().enumerate() {
-            let picture = at_plate(
-                field.relight(weights)?,
-                case.plate.as_ref(),
-                &case.frame.mask,
-            );
+            let at = (case.plate.as_ref(), &case.frame.mask);
+            let picture = at_plate(field.relight(weights)?, at, weights);
             relit[number].push(Pair::of(
                 &case,
                 vec![picture],
@@ -236,7 +233,11 @@ pub fn measure(
                 let mut weights = vec![[0.0; 3]; field.lamps()];
                 weights[lamp] = [1.0; 3];
                 let picture = field.relight(&weights)?;
-                Ok(at_plate(picture, case.plate.as_ref(), &case.frame.mask))
+                Ok(at_plate(
+                    picture,
+                    (case.plate.as_ref(), &case.frame.mask),
+                    &weights,
+                ))
             };
             let pictures = (0..field.lamps()).map(alone).collect::<Result<_>>()?;
             olats.push(Pair::of(&case, pictures, truths.to_vec()));

@@ -30,7 +30,7 @@ pub struct TurnedLamps {
     /// Angle in degrees from each lamp of the frame to the nearest of the pose.
     pub nearest: Vec<f32>,
     /// Weight of each lamp of the pose in each of the frame: `weights[m · stride + l]`. Those of a lamp of the frame sum to 1.
-    weights: Vec<f32>,
+    pub weights: Vec<f32>,
     /// The frame's lamps in the pose's own frame, by axis; 0 for a lamp that no ball shows.
     toward: [Vec<f32>; 3],
     /// Ambient share of each lamp's shading.

@@ -3,15 +3,20 @@
 
 mod blur;
 mod contrast;
+mod detail;
 pub mod flow;
 mod half_rows;
 mod lamps;
 mod matching;
+mod places;
+mod pose_turns;
 mod predictor;
 mod shape;
 mod target;
 mod transfer;
 mod turn;
 
+pub use detail::{ExemplarDetail, FineField, SharedDetail};
+pub use places::Place;
 pub use predictor::OlatPredictor;
 pub use transfer::{Carried, PlatePose, Transfer};

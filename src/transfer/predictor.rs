@@ -1,5 +1,6 @@
 //! OLATs of the interview's frames: the exemplars carried over, corrected by the project's network where there is one.
 
+use crate::detail::{ExemplarDetail, FineField, SharedDetail};
 use crate::transfer::{Carried, Transfer};
 use base::error::Result;
 use calibration::Calibration;
@@ -7,7 +8,7 @@ use footage::Frame;
 use project::Project;
 use reflectance::{Device, DeviceField, Predictor, ReflectanceField};
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Share of a trained network in the mean of network and transfer where exemplars explain the frame: errors of both are unlike.
 /// docs/method.md has the figures.
@@ -24,6 +25,7 @@ pub struct OlatPredictor {
     transfer: Arc<Transfer>,
     network: Option<Predictor>,
     device: Device,
+    detail: Option<SharedDetail>,
 }
 
 impl OlatPredictor {
@@ -53,6 +55,7 @@ impl OlatPredictor {
             transfer,
             network,
             device: device.clone(),
+            detail: None,
         })
     }
 
@@ -71,7 +74,26 @@ impl OlatPredictor {
             transfer: Arc::new(Transfer::open(project, calibration)?),
             network: network.transpose()?,
             device: device.clone(),
+            detail: None,
         })
+    }
+
+    /// The same with the exemplars as they were photographed, for pictures at the plate's size.
+    ///
+    /// # Errors
+    /// When a picture cannot be read.
+    pub fn with_detail(self, project: &Project, calibration: &Calibration) -> Result<Self> {
+        let detail = OnceLock::from(ExemplarDetail::read(project, calibration)?);
+        Ok(self.sharing(Arc::new(detail)))
+    }
+
+    /// The same with exemplars that may still be read.
+    #[must_use]
+    pub fn sharing(self, detail: SharedDetail) -> Self {
+        Self {
+            detail: Some(detail),
+            ..self
+        }
     }
 
     /// The same without one exemplar, by its number in the project.
@@ -117,6 +139,25 @@ impl OlatPredictor {
     /// When the device fails.
     pub fn predict_on_device(&self, frame: &Frame) -> Result<DeviceField> {
         self.corrected(self.transfer.carry(frame), frame)
+    }
+
+    /// [`Self::predict_on_device`], with the light of the frame's plate that is finer than that.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn predict_fine(&self, frame: &Frame) -> Result<(DeviceField, Option<FineField>)> {
+        let carried = self.transfer.carry(frame);
+        let fine = self.fine(&carried);
+        Ok((self.corrected(carried, frame)?, fine))
+    }
+
+    /// The fine light of a frame that is carried over; None without exemplars as they were photographed.
+    pub fn fine(&self, carried: &Carried) -> Option<FineField> {
+        Some(FineField {
+            exemplars: self.detail.clone()?,
+            places: carried.places.clone(),
+            working: carried.field.width,
+        })
     }
 
     /// Predicts the OLATs of a pose of the project from the other poses: no pose explains itself.

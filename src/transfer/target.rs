@@ -5,9 +5,10 @@ use crate::contrast::local_contrast;
 use crate::flow::{FlowSettings, flow};
 use crate::lamps::{Lamps, TurnedLamps, falloff};
 use crate::matching::Match;
+use crate::places::Place;
 use crate::shape::{inside, quantile};
 use crate::transfer::{Carried, Pose, Transfer};
-use crate::turn::{SeenPoint, head_turn, turn_degrees};
+use crate::turn::{SeenPoint, head_turn, turn_degrees, turn_of_normals};
 use footage::Frame;
 use glam::{Mat3, Vec3};
 use imaging::color::luminance;
@@ -16,6 +17,7 @@ use imaging::{Image, Mask, Raster};
 use rayon::prelude::*;
 use reflectance::ReflectanceField;
 use reflectance::kernels::chunks::vectorized;
+use std::sync::Arc;
 
 /// Windows of the local contrast of plates, of pictures under one light, and of the likeness, as shares of the picture's side.
 pub const CONTRAST: f32 = 20.0 / 160.0;
@@ -35,6 +37,10 @@ const DARK: f32 = 2e-3 / 0.7;
 const BRIGHT: f32 = 0.95;
 /// Pixels from one point to the next of those that decide the turn of the head.
 const POINTS: usize = 2;
+/// [`Carried::unlike`] at which the exemplars' fine light counts half.
+const UNKNOWN: f32 = 0.4;
+/// Least coverage in the pose of a point that decides the turn of the head.
+const COVERED: f32 = 0.95;
 /// Pixels that a thread predicts at a time.
 const PIXELS: usize = 128;
 /// Pictures are matched at half as many pixels a side again as the working size has, but at no more than this many.
@@ -63,8 +69,10 @@ pub struct Said {
     /// Roots of the OLATs, exact under the interview's light: `roots[(i · 3 + channel) · stride + lamp]` of the pixel
     /// `Target::pixels[i]`.
     roots: Vec<f32>,
-    /// Angle in degrees between each lamp of the frame and the nearest of the exemplar.
-    nearest: Vec<f32>,
+    /// The lamps of the frame as those of the exemplar.
+    turned: TurnedLamps,
+    /// As [`Match::offsets`].
+    offsets: Vec<[f32; 2]>,
     /// Number of the pose.
     number: usize,
     /// As [`Carried::unlike`], of this exemplar.
@@ -96,21 +104,37 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The prediction of one exemplar. It is matched twice: under the interview's light, and by its first prediction, which has
-    /// the light of the frame itself.
-    pub fn asked(&self, pose: &Pose) -> Said {
-        let first = self.matched(pose, self.offsets(&self.contrast, &pose.contrast));
-        let coverage = first.pulled(&pose.mask);
-        let lamps = &self.transfer.lamps;
-        let (_, lit) = self.predicted(pose, &lamps.turned(&first.turn), &first);
+    /// An exemplar matched under the interview's light.
+    pub fn first_match(&self, pose: &Pose) -> Match {
+        self.matched(pose, self.offsets(&self.contrast, &pose.contrast))
+    }
+
+    /// The match again, by the first match's prediction turned by `turn`: it has the light of the frame itself.
+    pub fn second_match(&self, pose: &Pose, first: &Match, turn: &Mat3) -> Match {
+        let (_, lit) = self.predicted(pose, &self.transfer.lamps.turned(turn), first);
         let relit = self.spread(&lit).map(luminance);
-        let covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));
+        let covered = inside(&first.pulled(&pose.mask)).map(|inside| f32::from(u8::from(inside)));
         let more = self.offsets(
             &self.same_light,
             &matched_contrast(&relit, &covered, SAME_LIGHT),
         );
-        let found = self.matched(pose, first.followed(more));
-        let turned = lamps.turned(&found.turn);
+        self.matched(pose, first.followed(more))
+    }
+
+    /// Turn of the head from a matched pose to this frame, if the frame is a pose whose `normals` are known.
+    pub fn turn_of_normals(&self, pose: &Pose, found: &Match, normals: &[Vec3]) -> Mat3 {
+        let (coverage, width) = (found.pulled(&pose.mask), found.size.0);
+        let pairs: Vec<[Vec3; 2]> = (self.pixels.iter())
+            .filter(|&&p| self.inside.pixels[p] && coverage.pixels[p] > COVERED)
+            .map(|&p| [pose.normal(found.place((p % width, p / width))), normals[p]])
+            .collect();
+        turn_of_normals(&pairs, found.turn.unwrap_or(Mat3::IDENTITY))
+    }
+
+    /// The prediction of one exemplar that is matched and turned by `turn`.
+    pub fn asked(&self, pose: &Pose, found: Match, turn: &Mat3) -> Said {
+        let lamps = &self.transfer.lamps;
+        let turned = lamps.turned(turn);
         let (mut roots, lit) = self.predicted(pose, &turned, &found);
         let stride = lamps.stride;
         for ((roots, lit), &p) in roots
@@ -143,9 +167,10 @@ impl<'a> Target<'a> {
             number: pose.number,
             unlike,
             roots,
-            nearest: turned.nearest,
+            turned,
+            offsets: found.offsets,
             like,
-            pose: (-0.5 * (turn_degrees(&found.turn) / POSE).powi(2)).exp() + LEAST_POSE,
+            pose: (-0.5 * (turn_degrees(turn) / POSE).powi(2)).exp() + LEAST_POSE,
         }
     }
 
@@ -177,14 +202,14 @@ impl<'a> Target<'a> {
         let mut found = Match {
             offsets,
             size: (width, height),
-            turn: Mat3::IDENTITY,
+            turn: None,
         };
         let coverage = found.pulled(&pose.mask);
         let depth = found.pulled(&pose.depth);
         let middle = [width as f32 / 2.0, height as f32 / 2.0];
         let points: Vec<SeenPoint> = (0..width * height)
             .filter(|&p| (p % width).is_multiple_of(POINTS) && (p / width).is_multiple_of(POINTS))
-            .filter(|&p| self.inside.pixels[p] && coverage.pixels[p] > 0.95)
+            .filter(|&p| self.inside.pixels[p] && coverage.pixels[p] > COVERED)
             .map(|p| {
                 let (x, y) = ((p % width) as f32, (p / width) as f32);
                 let [dx, dy] = found.offsets[p];
@@ -226,9 +251,7 @@ impl<'a> Target<'a> {
                     || {
                         for (i, &p) in pixels.iter().enumerate() {
                             let places = found.place((p % width, p / width));
-                            let normal: Vec3 =
-                                places.iter().map(|&(q, w)| pose.normals[q] * w).sum();
-                            turned.shade(normal, &mut wanted);
+                            turned.shade(pose.normal(places), &mut wanted);
                             pose.bare.pull(places, &mut pulled);
                             for c in 0..3 {
                                 let out = &mut roots[(3 * i + c) * stride..][..stride];
@@ -248,6 +271,49 @@ impl<'a> Target<'a> {
                 );
             });
         (roots, lit)
+    }
+
+    /// The exemplars' shares in the frame's fine light. `near`: weight of each exemplar under each lamp.
+    fn places(&self, said: Vec<Said>, mut near: Vec<Vec<f32>>, unlike: &Mask) -> Arc<[Place]> {
+        let (count, stride) = (self.transfer.lamps.len(), self.transfer.lamps.stride);
+        for lamp in 0..count {
+            let sum: f32 = near.iter().map(|near| near[lamp]).sum();
+            near.iter_mut()
+                .for_each(|near| near[lamp] /= sum.max(f32::MIN_POSITIVE));
+        }
+        // Light is summed before it is pulled over, so an exemplar has one share in all lamps of a pixel.
+        let means: Vec<f32> = near
+            .iter()
+            .map(|near| near[..count].iter().sum::<f32>() / count.max(1) as f32)
+            .collect();
+        let sum = |p: usize| -> f32 {
+            said.iter()
+                .zip(&means)
+                .map(|(one, mean)| mean * one.like.pixels[p])
+                .sum()
+        };
+        let mut scale = vec![0.0; unlike.pixels.len()];
+        for &p in &self.pixels {
+            let known = 1.0 / (1.0 + (unlike.pixels[p] / UNKNOWN).powi(2));
+            scale[p] = known / sum(p).max(f32::MIN_POSITIVE);
+        }
+        let place = |(one, near): (Said, Vec<f32>)| {
+            let mut share = one.like;
+            share
+                .pixels
+                .iter_mut()
+                .zip(&scale)
+                .for_each(|(share, scale)| *share *= scale);
+            let mut lamps = one.turned.weights;
+            for lamps in lamps.chunks_exact_mut(stride.max(1)) {
+                lamps
+                    .iter_mut()
+                    .zip(&near)
+                    .for_each(|(lamp, near)| *lamp *= near);
+            }
+            Place::new(one.number, one.offsets, share, lamps, stride)
+        };
+        said.into_iter().zip(near).map(place).collect()
     }
 
     /// A picture of values of [`Self::pixels`]; black elsewhere.
@@ -313,7 +379,7 @@ impl<'a> Target<'a> {
     }
 
     /// The blend of all predictions, summing to the frame under the interview's light.
-    pub fn blended(&self, said: &[Said]) -> Carried {
+    pub fn blended(&self, said: Vec<Said>) -> Carried {
         let (width, height) = self.plate.size();
         let lamps = &self.transfer.lamps;
         let (count, stride) = (lamps.len(), lamps.stride);
@@ -322,13 +388,13 @@ impl<'a> Target<'a> {
         let nearest: Vec<f32> = (0..count)
             .map(|l| {
                 said.iter()
-                    .map(|one| one.nearest[l])
+                    .map(|one| one.turned.nearest[l])
                     .fold(f32::INFINITY, f32::min)
             })
             .collect();
         let near: Vec<Vec<f32>> = (said.iter())
             .map(|one| {
-                let angles = one.nearest.iter().zip(&nearest);
+                let angles = one.turned.nearest.iter().zip(&nearest);
                 lamps.padded(angles.map(|(angle, nearest)| one.pose * falloff(*angle, *nearest)))
             })
             .collect();
@@ -432,7 +498,11 @@ impl<'a> Target<'a> {
             let of = one.unlike.pixels.iter().zip(&self.matte.pixels);
             of.map(|(unlike, inside)| inside * unlike * unlike).sum()
         };
-        let nearest = said.iter().min_by(|a, b| miss(a).total_cmp(&miss(b)));
+        let pose = said
+            .iter()
+            .min_by(|a, b| miss(a).total_cmp(&miss(b)))
+            .map(|one| one.number);
+        let unlike = Raster::from_fn(width, height, least);
         Carried {
             field: ReflectanceField {
                 width,
@@ -440,8 +510,9 @@ impl<'a> Target<'a> {
                 lamps: count,
                 values: planes,
             },
-            unlike: Raster::from_fn(width, height, least),
-            pose: nearest.map(|one| one.number),
+            places: self.places(said, near, &unlike),
+            unlike,
+            pose,
             spread,
             lamp_spreads: (0..count).map(mean).collect(),
         }

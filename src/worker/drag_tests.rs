@@ -25,6 +25,7 @@ fn worker(budget_ms: f64, rest: Duration) -> Worker {
             rig: rig(),
             device: "test".to_owned(),
             predict: Box::new(|index| Ok(ball(index).into())),
+            later: None,
             comparison: Box::new(|_, index| Ok(ball(index).into())),
         })
     };
@@ -201,6 +202,7 @@ fn a_drag_shows_the_plate_smaller_and_then_all_of_it() {
             rig: rig(),
             device: "test".to_owned(),
             predict: Box::new(|index| Ok(filmed(index))),
+            later: None,
             comparison: Box::new(|_, index| Ok(filmed(index))),
         })
     };

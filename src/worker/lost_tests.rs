@@ -37,6 +37,7 @@ fn worker_on(device: &wgpu::Device, queue: &wgpu::Queue) -> Worker {
             rig: rig(),
             device: if there { "GPU" } else { "CPU" }.to_owned(),
             predict: Box::new(predict),
+            later: None,
             comparison: Box::new(|_, index| Ok(predicted(index).into())),
         })
     };
@@ -84,6 +85,7 @@ fn a_fault_of_a_job_or_of_a_prediction_is_said_and_its_thread_goes_on() {
                 0 => panic!("on purpose"),
                 _ => Ok(predicted(index).into()),
             }),
+            later: None,
             comparison: Box::new(|_, index| Ok(predicted(index).into())),
         })
     };

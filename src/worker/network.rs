@@ -98,7 +98,7 @@ where
                 if self.source.is_none() {
                     (self.tell)(Event::Opening);
                 }
-                let source = match (self.open)() {
+                let mut source = match (self.open)() {
                     Ok(source) => source,
                     Err(blocked) => return Ok(Done::Blocked(blocked)),
                 };
@@ -107,6 +107,14 @@ where
                     generation: self.generation,
                     rig: Arc::new(source.rig.clone()),
                 };
+                if let Some(later) = source.later.take() {
+                    let own = self.own.clone();
+                    std::thread::spawn(move || {
+                        if later() {
+                            own.put(NetworkRequest::Open);
+                        }
+                    });
+                }
                 let device = source.device.clone();
                 self.source = Some(source);
                 Ok(Done::Opened(opened, device))

@@ -11,6 +11,7 @@ fn source() -> Source {
         rig: rig(),
         device: "test".to_owned(),
         predict: Box::new(|index| Ok(predicted(index).into())),
+        later: None,
         comparison: Box::new(|_, index| Ok(predicted(index).into())),
     }
 }

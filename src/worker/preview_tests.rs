@@ -120,6 +120,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
             device: "test".to_owned(),
             predict: Box::new(|index| Ok(predicted(index).into())),
             // Its lamps have changed places.
+            later: None,
             comparison: Box::new(|rival, index| match rival {
                 ComparisonSource::Exemplar(1) => {
                     let (frame, field) = predicted(index);

@@ -12,7 +12,7 @@ use light::Rig;
 use project::Project;
 use std::sync::Arc;
 use std::time::SystemTime;
-use transfer::{OlatPredictor, Transfer};
+use transfer::{ExemplarDetail, FineField, OlatPredictor, SharedDetail, Transfer};
 
 /// A frame of the interview and its OLATs.
 pub struct Prediction {
@@ -48,37 +48,48 @@ pub struct Source {
     pub predict: Predict,
     /// What predictions are compared with.
     pub comparison: FindComparison,
+    /// Work to be done beside predictions. If it returns true, the source is opened again: predictions are better then.
+    pub later: Option<Later>,
 }
+
+/// Work beside predictions.
+pub type Later = Box<dyn FnOnce() -> bool + Send>;
 
 /// Exemplars that were read, kept while a training saves one network after the other.
 #[derive(Default)]
-pub struct KeptExemplars(Option<(Calibration, Vec<Stamp>, Arc<Transfer>)>);
+pub struct KeptExemplars(Option<(Calibration, Vec<Stamp>, Exemplars)>);
+
+/// Exemplars at the working size, and as they were photographed once that is read.
+#[derive(Clone)]
+struct Exemplars {
+    transfer: Arc<Transfer>,
+    detail: SharedDetail,
+}
 
 /// Length and time of change of a file; None if it cannot be looked at.
 type Stamp = Option<(u64, Option<SystemTime>)>;
 
 impl KeptExemplars {
     /// The project's exemplars, read again if its calibration or a file of theirs was changed.
-    fn read(
-        &mut self,
-        project: &Project,
-        calibration: &Calibration,
-    ) -> Result<Arc<Transfer>, Error> {
+    fn read(&mut self, project: &Project, calibration: &Calibration) -> Result<Exemplars, Error> {
         let stamps: Vec<Stamp> = (footage::exemplar_sources(project).iter())
             .map(|picture| {
                 let about = std::fs::metadata(picture.file()).ok()?;
                 Some((about.len(), about.modified().ok()))
             })
             .collect();
-        if let Some((known, as_known, transfer)) = &self.0
+        if let Some((known, as_known, exemplars)) = &self.0
             && known == calibration
             && *as_known == stamps
         {
-            return Ok(transfer.clone());
+            return Ok(exemplars.clone());
         }
-        let transfer = Arc::new(Transfer::open(project, calibration)?);
-        self.0 = Some((calibration.clone(), stamps, transfer.clone()));
-        Ok(transfer)
+        let exemplars = Exemplars {
+            transfer: Arc::new(Transfer::open(project, calibration)?),
+            detail: SharedDetail::default(),
+        };
+        self.0 = Some((calibration.clone(), stamps, exemplars.clone()));
+        Ok(exemplars)
     }
 }
 
@@ -100,11 +111,21 @@ pub fn open_project(
     project.check_shoot().map_err(blocked(Some(Need::Shoot)))?;
     // Whatever is wrong with a calibration, another one mends it.
     let calibration = Calibration::load(project).map_err(blocked(Some(Need::Calibration)))?;
-    let transfer = kept.read(project, &calibration).map_err(blocked(None))?;
+    let Exemplars { transfer, detail } = kept.read(project, &calibration).map_err(blocked(None))?;
     // A network that is there and cannot be used is not replaced unasked.
     let predictor = compute
         .guarded(|| OlatPredictor::with_transfer(transfer, project, &compute.device))
-        .map_err(blocked(None))?;
+        .map_err(blocked(None))?
+        .sharing(detail.clone());
+    let later = detail.get().is_none().then(|| {
+        let (project, calibration) = (project.clone(), calibration.clone());
+        Box::new(move || {
+            // Pictures that cannot be read leave light at the working size.
+            let read = ExemplarDetail::read(&project, &calibration).ok().flatten();
+            let is_some = read.is_some();
+            detail.set(read).is_ok() && is_some
+        }) as Later
+    });
     let compute = compute.clone();
     let (project, response) = (project.clone(), calibration.response);
     // In f16 twice as many frames fit into memory.
@@ -119,13 +140,15 @@ pub fn open_project(
                 compute.description
             ),
         },
+        later,
         comparison: Box::new(comparisons.find()),
         predict: Box::new(move |index| {
             let (frame, filmed) = Frame::load_filmed(&project, &response, index)?;
-            let field = compute.guarded(|| {
-                encoder.encode(predictor.predict_on_device(&frame)?, compute.passes())
+            let (field, fine) = compute.guarded(|| {
+                let (field, fine) = predictor.predict_fine(&frame)?;
+                Ok((encoder.encode(field, compute.passes())?, fine))
             })?;
-            let plate = Some(Plate::of(filmed, &frame)?);
+            let plate = Some(FineField::on(fine, Plate::of(filmed, &frame)?));
             Ok(Prediction {
                 frame,
                 plate,

@@ -56,6 +56,7 @@ fn slow_worker() -> (Worker, Sender<()>, Receiver<usize>) {
             rig: rig(),
             device: "test".to_owned(),
             predict: Box::new(predict),
+            later: None,
             comparison: Box::new(|_, index| Ok(predicted(index).into())),
         })
     };
@@ -115,6 +116,7 @@ fn fading_worker(fails: fn(usize) -> bool) -> (Worker, Receiver<(usize, usize)>)
                 }
                 Ok((frame, field).into())
             }),
+            later: None,
             comparison: Box::new(|_, index| Ok(predicted(index).into())),
         })
     };
@@ -168,6 +170,7 @@ fn a_dropped_worker_is_gone() {
                 rig: rig(),
                 device: "test".to_owned(),
                 predict: Box::new(predict),
+                later: None,
                 comparison: Box::new(|_, index| Ok(predicted(index).into())),
             })
         },

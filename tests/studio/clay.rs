@@ -129,6 +129,7 @@ pub fn source() -> Result<Source, Blocked> {
         rig,
         device: "clay, no network".to_owned(),
         // In its pose the ball has rolled as far as in the last frame; the earlier a network is, the darker.
+        later: None,
         comparison: Box::new(move |rival, index| {
             let (mut frame, mut field) = predicted(&other, FRAMES - 1);
             frame.index = index;

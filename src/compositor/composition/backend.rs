@@ -59,8 +59,8 @@ pub(crate) trait Backend {
     /// The subject under these weights, mended and premultiplied.
     fn relight(&mut self, weights: &[[f32; 3]]) -> Result<Self::Light>;
 
-    /// Brings the subject to the plate's size, where its light multiplies the plate.
-    fn plate(&mut self, subject: &mut Self::Light) -> Result<()>;
+    /// Brings the subject, lit by lamps of these weights, to the plate's size, where its light multiplies the plate.
+    fn plate(&mut self, subject: &mut Self::Light, weights: &[[f32; 3]]) -> Result<()>;
 
     /// What despill goes by, and the spill.
     fn guide(&mut self, subject: &Self::Light) -> Result<(Self::Light, Spill)>;

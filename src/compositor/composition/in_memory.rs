@@ -122,9 +122,9 @@ impl Backend for InMemory<'_> {
         Ok(Arc::new(subject))
     }
 
-    fn plate(&mut self, subject: &mut Arc<Image>) -> Result<()> {
+    fn plate(&mut self, subject: &mut Arc<Image>, weights: &[[f32; 3]]) -> Result<()> {
         if let Some(plate) = self.of.plate() {
-            *subject = Arc::new(plate.relit(subject, self.of.mask));
+            *subject = Arc::new(plate.relit_by(subject, self.of.mask, weights));
         }
         Ok(())
     }

@@ -142,9 +142,13 @@ impl Backend for OnGpu<'_> {
         self.recording.relight(self.field, weights, &self.matte)
     }
 
-    fn plate(&mut self, subject: &mut GpuPicture) -> Result<()> {
+    fn plate(&mut self, subject: &mut GpuPicture, weights: &[[f32; 3]]) -> Result<()> {
         if let Some(plate) = &self.plate {
             *subject = self.recording.plate(subject, plate)?;
+        }
+        if let Some(light) = self.of.plate().and_then(|plate| plate.fine_light(weights)) {
+            let light = self.passes.upload_opaque(&light)?;
+            *subject = self.recording.add_light(subject, &light)?;
         }
         Ok(())
     }

@@ -12,7 +12,7 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::Plate;
-use footage::{Exemplar, Frame};
+use footage::{Exemplar, Frame, PictureSize};
 use gpu::ComputeDevice;
 use imaging::file::jpeg_bytes;
 use imaging::resample::resize_area;
@@ -23,7 +23,7 @@ use reflectance::Predictor;
 use rivals::Effort;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use transfer::{OlatPredictor, Transfer};
+use transfer::{FineField, OlatPredictor};
 
 /// Longest side of a picture in the page.
 const SIDE_PX: usize = 512;
@@ -55,7 +55,6 @@ pub(super) struct Clips {
 enum Maker {
     Network(Box<Predictor>),
     Prediction(Box<OlatPredictor>),
-    Transfer(Box<Transfer>),
     Nearest(Nearest),
     Learnt(Box<Learnt>),
 }
@@ -66,20 +65,22 @@ impl Maker {
         match self {
             Self::Network(predictor) => Some(predictor),
             Self::Prediction(predictor) => predictor.network(),
-            Self::Transfer(_) | Self::Nearest(_) | Self::Learnt(_) => None,
+            Self::Nearest(_) | Self::Learnt(_) => None,
         }
     }
 
-    /// A frame under each of `lamps`.
-    fn lit(&self, frame: &Frame, lamps: &[usize]) -> Result<Vec<Image>> {
-        let field = match self {
-            Self::Network(predictor) => predictor.predict(frame)?,
-            Self::Prediction(predictor) => predictor.predict(frame)?,
-            Self::Transfer(transfer) => transfer.carry(frame).field,
-            Self::Nearest(nearest) => nearest.field(frame)?,
-            Self::Learnt(learnt) => return learnt.relit(frame),
+    /// A frame under each of `lamps`, and the light of its plate that is finer than that.
+    fn lit(&self, frame: &Frame, lamps: &[usize]) -> Result<(Vec<Image>, Option<FineField>)> {
+        let (field, fine) = match self {
+            Self::Network(predictor) => (predictor.predict(frame)?, None),
+            Self::Prediction(predictor) => {
+                let (field, fine) = predictor.predict_fine(frame)?;
+                (field.read()?, fine)
+            }
+            Self::Nearest(nearest) => (nearest.field(frame)?, None),
+            Self::Learnt(learnt) => return Ok((learnt.relit(frame)?, None)),
         };
-        Ok(lamps.iter().map(|&lamp| field.olat(lamp)).collect())
+        Ok((lamps.iter().map(|&lamp| field.olat(lamp)).collect(), fine))
     }
 }
 
@@ -104,6 +105,7 @@ pub(super) fn make(
         .zip(&gains)
         .map(|(&lamp, &gain)| Ok((lamp, jpeg(&exemplar.olats[lamp], &exemplar.mask, gain)?)));
     let references = references.collect::<Result<_>>()?;
+    let alone = single_lamps(calibration.rig.lamps.len());
     let frames = middle(project.settings.shoot.frames.len(), settings.frames);
     let (mut clips, mut minutes, mut seen) = (Vec::new(), BTreeMap::new(), 0);
     for &method in &settings.methods {
@@ -132,10 +134,12 @@ pub(super) fn make(
             let (frame, filmed) = Frame::load_filmed(project, &calibration.response, index)?;
             let filmed = filmed.shown(settings.at);
             let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
+            let (lit, fine) = maker.lit(&frame, &lamps)?;
+            let plate = plate.map(|plate| FineField::on(fine, plate));
             let matte = plate.as_ref().map_or(&frame.mask, |plate| &plate.matte);
-            let lit = maker.lit(&frame, &lamps)?;
-            for ((picture, pictures), &gain) in lit.into_iter().zip(&mut pictures).zip(&gains) {
-                let picture = at_plate(picture, plate.as_ref(), &frame.mask);
+            let made = lit.into_iter().zip(&lamps).zip(&mut pictures).zip(&gains);
+            for (((picture, &lamp), pictures), &gain) in made {
+                let picture = at_plate(picture, (plate.as_ref(), &frame.mask), &alone[lamp]);
                 pictures.push(jpeg(&picture, matte, gain)?);
             }
         }
@@ -170,13 +174,15 @@ fn maker(
             project,
             &compute.device,
         )?))),
-        Method::Prediction => {
-            let opened = OlatPredictor::open(project, calibration, &compute.device)?;
+        Method::Prediction | Method::Transfer => {
+            let mut opened = OlatPredictor::open(project, calibration, &compute.device)?;
+            if settings.at != PictureSize::Square {
+                opened = opened.with_detail(project, calibration)?;
+            }
+            if method == Method::Transfer {
+                opened = opened.alone();
+            }
             Ok(Maker::Prediction(Box::new(opened)))
-        }
-        Method::Transfer => {
-            let opened = Transfer::open(project, calibration)?;
-            Ok(Maker::Transfer(Box::new(opened)))
         }
         Method::Texler | Method::Sun => {
             let all = single_lamps(calibration.rig.lamps.len());

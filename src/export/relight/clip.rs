@@ -13,13 +13,13 @@ use compositor::{
     EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Plate,
     Series, Upstream, compose,
 };
-use footage::{Frame, picture_size};
+use footage::{Frame, PictureSize, picture_size};
 use gpu::ComputeDevice;
 use light::{Rig, conventions};
 use project::Project;
 use scene::{Background, Effects, Output, Scene};
 use std::time::Instant;
-use transfer::OlatPredictor;
+use transfer::{FineField, OlatPredictor};
 
 /// A frame that is relit.
 pub(super) struct Plan {
@@ -66,7 +66,10 @@ impl<'a> Clip<'a> {
         let solo = lamps_named(&calibration.rig, &settings.solo)?;
         let look = Look::open(project, settings, progress)?;
         let compute = ComputeDevice::choose(settings.device);
-        let predictor = OlatPredictor::open(project, &calibration, &compute.device)?;
+        let mut predictor = OlatPredictor::open(project, &calibration, &compute.device)?;
+        if settings.files.at != PictureSize::Square {
+            predictor = predictor.with_detail(project, &calibration)?;
+        }
         progress.say(predictor.sentence());
         if predictor.network().is_some() {
             progress.say(format!("The network runs on the {}", compute.description));
@@ -150,11 +153,12 @@ impl<'a> Clip<'a> {
         &mut self,
         plan: &Plan,
         frame: &Frame,
-        plate: Option<&Plate>,
+        plate: Option<Plate>,
     ) -> Result<Option<Made>> {
         let (index, scene) = (plan.frame, &plan.scene);
         let started = Instant::now();
-        let predicted = self.predictor.predict_on_device(frame)?;
+        let (predicted, fine) = self.predictor.predict_fine(frame)?;
+        let plate = plate.map(|plate| FineField::on(fine, plate));
         let field = self.encoder.encode(predicted, self.compute.passes())?;
         let predict_ms = Some(started.elapsed().as_secs_f64() * 1e3);
         let rig = &self.calibration.rig;
@@ -174,7 +178,7 @@ impl<'a> Clip<'a> {
                 weights_ms,
             },
             extra: Extra {
-                plate,
+                plate: plate.as_ref(),
                 identity: Identity {
                     frame: index as u64,
                     ..Identity::default()

@@ -1,0 +1,164 @@
+//! One turn of the head for a frame, agreed upon by all poses.
+
+use crate::turn::{turn_vector, vector_turn};
+use glam::{Mat3, Vec3};
+use std::collections::BTreeMap;
+
+/// How strongly turns by depth are taken as they are, in squared radians of turns between poses.
+const AS_THEY_ARE: f32 = 0.05;
+/// The turn in radians at which a pose's word counts half as much as that of a pose like the frame.
+const NEAR: f32 = 0.07;
+/// Rounds of the robust mean, and the distance from it in radians at which a word counts half.
+const ROUNDS: usize = 4;
+const APART: f32 = 0.1;
+
+/// The turn of the head between two poses, as rotation vectors.
+#[derive(Clone, Copy, Debug)]
+pub struct PoseTurn {
+    /// Numbers of the poses.
+    pub from: usize,
+    pub to: usize,
+    /// By depth and matched places, as turns of frames are found.
+    pub by_depth: Vec3,
+    /// By the normals of both.
+    pub by_normals: Vec3,
+}
+
+/// The turns between all poses. Their normals show how much turns by depth fall short, and how the poses stand.
+#[derive(Clone, Debug, Default)]
+pub struct PoseTurns(pub Vec<PoseTurn>);
+
+impl PoseTurns {
+    /// The same without one pose.
+    pub fn leave_out(&mut self, pose: usize) {
+        self.0.retain(|turn| turn.from != pose && turn.to != pose);
+    }
+
+    /// Turns from poses to a frame, made to agree. `found`: each pose's number and its turn by depth; None where places did not
+    /// decide it. If none did, nothing is turned.
+    pub fn agreed(&self, found: &[(usize, Option<Mat3>)]) -> Vec<Mat3> {
+        let scale = self.scale();
+        let from_reference: BTreeMap<usize, Mat3> = (found.iter())
+            .map(|&(pose, _)| (pose, self.from_reference(pose, found[0].0)))
+            .collect();
+        // The frame's turn from the reference as each pose has it, with its weight.
+        let said: Vec<(Mat3, f32)> = (found.iter())
+            .filter_map(|&(pose, turn)| {
+                let vector = scale * turn_vector(&turn?);
+                let weight = (vector.length_squared() + NEAR.powi(2)).recip();
+                Some((vector_turn(vector) * from_reference[&pose], weight))
+            })
+            .collect();
+        let Some(heaviest) = said.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
+            return vec![Mat3::IDENTITY; found.len()];
+        };
+        let mut one = heaviest.0;
+        for _ in 0..ROUNDS {
+            let (mut sum, mut below) = (Vec3::ZERO, 0.0);
+            for (turn, weight) in &said {
+                let off = turn_vector(&(*turn * one.transpose()));
+                let weight = weight / (1.0 + off.length_squared() / APART.powi(2));
+                sum += weight * off;
+                below += weight;
+            }
+            one = vector_turn(sum / below) * one;
+        }
+        found
+            .iter()
+            .map(|(pose, _)| one * from_reference[pose].transpose())
+            .collect()
+    }
+
+    /// How many times a turn by depth has to be taken.
+    fn scale(&self) -> f32 {
+        let sum = |of: fn(&PoseTurn) -> f32| self.0.iter().map(of).sum::<f32>();
+        let agreement = sum(|turn| turn.by_normals.dot(turn.by_depth));
+        (AS_THEY_ARE + agreement) / (AS_THEY_ARE + sum(|turn| turn.by_depth.length_squared()))
+    }
+
+    /// The turn from the reference to a pose: the mean of there and back.
+    fn from_reference(&self, pose: usize, reference: usize) -> Mat3 {
+        let between = |from, to| {
+            let found = self
+                .0
+                .iter()
+                .find(|turn| (turn.from, turn.to) == (from, to));
+            found.map_or(Vec3::ZERO, |turn| turn.by_normals)
+        };
+        vector_turn(0.5 * (between(reference, pose) - between(pose, reference)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::turn::turn_degrees;
+
+    /// How the head stands in three poses and a frame.
+    const STANDS: [Vec3; 4] = [
+        Vec3::ZERO,
+        Vec3::new(0.0, 0.3, 0.0),
+        Vec3::new(-0.2, 0.1, 0.05),
+        Vec3::new(0.1, -0.15, 0.0),
+    ];
+
+    fn between(from: usize, to: usize) -> Mat3 {
+        vector_turn(STANDS[to]) * vector_turn(STANDS[from]).transpose()
+    }
+
+    /// Turns by depth that reach 0.6 of the way.
+    fn short(from: usize, to: usize) -> Vec3 {
+        0.6 * turn_vector(&between(from, to))
+    }
+
+    fn turns() -> PoseTurns {
+        let turn = |(from, to)| PoseTurn {
+            from,
+            to,
+            by_depth: short(from, to),
+            by_normals: turn_vector(&between(from, to)),
+        };
+        PoseTurns(
+            [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
+                .map(turn)
+                .to_vec(),
+        )
+    }
+
+    fn off(agreed: &[Mat3]) -> f32 {
+        let off = agreed
+            .iter()
+            .enumerate()
+            .map(|(pose, turn)| *turn * between(pose, 3).transpose());
+        off.map(|off| turn_degrees(&off)).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn turns_that_fall_short_agree_upon_the_true_one() {
+        let mut found: Vec<_> = (0..3)
+            .map(|pose| (pose, Some(vector_turn(short(pose, 3)))))
+            .collect();
+        let right = off(&turns().agreed(&found));
+        assert!(right < 2.5, "{right}°");
+        found[1].1 = Some(vector_turn(Vec3::new(0.9, 0.9, 0.0)));
+        let one_wrong = off(&turns().agreed(&found));
+        assert!(one_wrong < 3.5, "{one_wrong}°");
+        found[1].1 = None;
+        let one_lost = off(&turns().agreed(&found));
+        assert!(one_lost < 3.5, "{one_lost}°");
+    }
+
+    #[test]
+    fn poses_alone_are_taken_at_their_word() {
+        let turn = Mat3::from_rotation_y(0.2);
+        let mut turns = turns();
+        turns.leave_out(1);
+        assert_eq!(turns.0.len(), 2);
+        turns.leave_out(2);
+        for (agreed, asked) in turns.agreed(&[(0, Some(turn))]).iter().zip([turn]) {
+            assert!(agreed.abs_diff_eq(asked, 1e-5));
+        }
+        assert_eq!(turns.agreed(&[(0, None), (2, None)]), [Mat3::IDENTITY; 2]);
+        assert!(turns.agreed(&[]).is_empty());
+    }
+}
