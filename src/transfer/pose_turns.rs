@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 
 /// How strongly turns by depth are taken as they are, in squared radians of turns between poses.
 const AS_THEY_ARE: f32 = 0.05;
+/// Bounds of how many times a turn by depth is taken.
+const SCALE: [f32; 2] = [0.5, 3.0];
 /// The turn in radians at which a pose's word counts half as much as that of a pose like the frame.
 const NEAR: f32 = 0.07;
 /// Rounds of the robust mean, and the distance from it in radians at which a word counts half.
@@ -38,15 +40,15 @@ impl PoseTurns {
     /// decide it. If none did, nothing is turned.
     pub fn agreed(&self, found: &[(usize, Option<Mat3>)]) -> Vec<Mat3> {
         let scale = self.scale();
-        let from_reference: BTreeMap<usize, Mat3> = (found.iter())
-            .map(|&(pose, _)| (pose, self.from_reference(pose, found[0].0)))
+        let stand: BTreeMap<usize, Mat3> = (found.iter())
+            .map(|&(pose, _)| (pose, self.stand(pose, found[0].0)))
             .collect();
         // The frame's turn from the reference as each pose has it, with its weight.
         let said: Vec<(Mat3, f32)> = (found.iter())
             .filter_map(|&(pose, turn)| {
                 let vector = scale * turn_vector(&turn?);
                 let weight = (vector.length_squared() + NEAR.powi(2)).recip();
-                Some((vector_turn(vector) * from_reference[&pose], weight))
+                Some((vector_turn(vector) * stand[&pose], weight))
             })
             .collect();
         let Some(heaviest) = said.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
@@ -65,7 +67,7 @@ impl PoseTurns {
         }
         found
             .iter()
-            .map(|(pose, _)| one * from_reference[pose].transpose())
+            .map(|(pose, _)| one * stand[pose].transpose())
             .collect()
     }
 
@@ -73,11 +75,12 @@ impl PoseTurns {
     fn scale(&self) -> f32 {
         let sum = |of: fn(&PoseTurn) -> f32| self.0.iter().map(of).sum::<f32>();
         let agreement = sum(|turn| turn.by_normals.dot(turn.by_depth));
-        (AS_THEY_ARE + agreement) / (AS_THEY_ARE + sum(|turn| turn.by_depth.length_squared()))
+        let all = sum(|turn| turn.by_depth.length_squared());
+        ((AS_THEY_ARE + agreement) / (AS_THEY_ARE + all)).clamp(SCALE[0], SCALE[1])
     }
 
     /// The turn from the reference to a pose: the mean of there and back.
-    fn from_reference(&self, pose: usize, reference: usize) -> Mat3 {
+    fn stand(&self, pose: usize, reference: usize) -> Mat3 {
         let between = |from, to| {
             let found = self
                 .0
