@@ -177,7 +177,8 @@ impl PoseDetail {
     /// Appends a lamp's details.
     fn push(&mut self, values: &[f32]) {
         let step = (values.len() / SAMPLES).max(1) | 1;
-        let mut sizes: Vec<f32> = values.iter().step_by(step).map(|v| v.abs()).collect();
+        let sizes = values.iter().step_by(step).map(|v| v.abs());
+        let mut sizes: Vec<f32> = sizes.filter(|size| size.is_finite()).collect();
         let at = (LARGEST * sizes.len().saturating_sub(1) as f32) as usize;
         let largest = if sizes.is_empty() {
             0.0
@@ -388,6 +389,24 @@ mod tests {
                     .all(|pixel| *pixel == [0.0; 3])
             );
         }
+    }
+
+    #[test]
+    fn what_is_not_finite_has_no_detail_or_the_largest() {
+        let pixels: Vec<u32> = (0..4).collect();
+        let mut detail = PoseDetail {
+            side: 2,
+            pixels,
+            codes: Vec::new(),
+            scales: Vec::new(),
+        };
+        let (nan, infinite) = (f32::NAN, f32::INFINITY);
+        detail.push(&[
+            nan, infinite, -infinite, 0.5, -0.5, 0.25, nan, nan, nan, 0.5, 0.5, 0.5,
+        ]);
+        let lit = detail.lit(&[[1.0; 3]]);
+        assert_eq!(lit.pixels[0], [0.0, 0.5, -0.5]);
+        assert!(lit.pixels.iter().flatten().all(|v| v.is_finite()));
     }
 
     #[test]

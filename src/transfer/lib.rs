@@ -9,7 +9,6 @@ mod half_rows;
 mod lamps;
 mod matching;
 mod places;
-mod pose_turns;
 mod predictor;
 mod shape;
 mod target;

@@ -8,8 +8,8 @@ pub struct Match {
     /// Offsets in pixels: pixel (x, y) of the frame lies at (x + dx, y + dy) in the pose.
     pub offsets: Vec<[f32; 2]>,
     pub size: (usize, usize),
-    /// Rotation of the head from the pose to the frame; None where the places do not decide it.
-    pub turn: Option<Mat3>,
+    /// Rotation of the head from the pose to the frame.
+    pub turn: Mat3,
 }
 
 impl Match {

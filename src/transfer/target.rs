@@ -8,7 +8,7 @@ use crate::matching::Match;
 use crate::places::Place;
 use crate::shape::{inside, quantile};
 use crate::transfer::{Carried, Pose, Transfer};
-use crate::turn::{SeenPoint, head_turn, turn_degrees, turn_of_normals};
+use crate::turn::{SeenPoint, head_turn, turn_degrees};
 use footage::Frame;
 use glam::{Mat3, Vec3};
 use imaging::color::luminance;
@@ -39,8 +39,6 @@ const BRIGHT: f32 = 0.95;
 const POINTS: usize = 2;
 /// [`Carried::unlike`] at which the exemplars' fine light counts half.
 const UNKNOWN: f32 = 0.4;
-/// Least coverage in the pose of a point that decides the turn of the head.
-const COVERED: f32 = 0.95;
 /// Pixels that a thread predicts at a time.
 const PIXELS: usize = 128;
 /// Pictures are matched at half as many pixels a side again as the working size has, but at no more than this many.
@@ -104,37 +102,21 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// An exemplar matched under the interview's light.
-    pub fn first_match(&self, pose: &Pose) -> Match {
-        self.matched(pose, self.offsets(&self.contrast, &pose.contrast))
-    }
-
-    /// The match again, by the first match's prediction turned by `turn`: it has the light of the frame itself.
-    pub fn second_match(&self, pose: &Pose, first: &Match, turn: &Mat3) -> Match {
-        let (_, lit) = self.predicted(pose, &self.transfer.lamps.turned(turn), first);
+    /// The prediction of one exemplar. It is matched twice: under the interview's light, and by its first prediction, which has
+    /// the light of the frame itself.
+    pub fn asked(&self, pose: &Pose) -> Said {
+        let first = self.matched(pose, self.offsets(&self.contrast, &pose.contrast));
+        let coverage = first.pulled(&pose.mask);
+        let lamps = &self.transfer.lamps;
+        let (_, lit) = self.predicted(pose, &lamps.turned(&first.turn), &first);
         let relit = self.spread(&lit).map(luminance);
-        let covered = inside(&first.pulled(&pose.mask)).map(|inside| f32::from(u8::from(inside)));
+        let covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));
         let more = self.offsets(
             &self.same_light,
             &matched_contrast(&relit, &covered, SAME_LIGHT),
         );
-        self.matched(pose, first.followed(more))
-    }
-
-    /// Turn of the head from a matched pose to this frame, if the frame is a pose whose `normals` are known.
-    pub fn turn_of_normals(&self, pose: &Pose, found: &Match, normals: &[Vec3]) -> Mat3 {
-        let (coverage, width) = (found.pulled(&pose.mask), found.size.0);
-        let pairs: Vec<[Vec3; 2]> = (self.pixels.iter())
-            .filter(|&&p| self.inside.pixels[p] && coverage.pixels[p] > COVERED)
-            .map(|&p| [pose.normal(found.place((p % width, p / width))), normals[p]])
-            .collect();
-        turn_of_normals(&pairs, found.turn.unwrap_or(Mat3::IDENTITY))
-    }
-
-    /// The prediction of one exemplar that is matched and turned by `turn`.
-    pub fn asked(&self, pose: &Pose, found: Match, turn: &Mat3) -> Said {
-        let lamps = &self.transfer.lamps;
-        let turned = lamps.turned(turn);
+        let found = self.matched(pose, first.followed(more));
+        let turned = lamps.turned(&found.turn);
         let (mut roots, lit) = self.predicted(pose, &turned, &found);
         let stride = lamps.stride;
         for ((roots, lit), &p) in roots
@@ -170,7 +152,7 @@ impl<'a> Target<'a> {
             turned,
             offsets: found.offsets,
             like,
-            pose: (-0.5 * (turn_degrees(turn) / POSE).powi(2)).exp() + LEAST_POSE,
+            pose: (-0.5 * (turn_degrees(&found.turn) / POSE).powi(2)).exp() + LEAST_POSE,
         }
     }
 
@@ -202,14 +184,14 @@ impl<'a> Target<'a> {
         let mut found = Match {
             offsets,
             size: (width, height),
-            turn: None,
+            turn: Mat3::IDENTITY,
         };
         let coverage = found.pulled(&pose.mask);
         let depth = found.pulled(&pose.depth);
         let middle = [width as f32 / 2.0, height as f32 / 2.0];
         let points: Vec<SeenPoint> = (0..width * height)
             .filter(|&p| (p % width).is_multiple_of(POINTS) && (p / width).is_multiple_of(POINTS))
-            .filter(|&p| self.inside.pixels[p] && coverage.pixels[p] > COVERED)
+            .filter(|&p| self.inside.pixels[p] && coverage.pixels[p] > 0.95)
             .map(|p| {
                 let (x, y) = ((p % width) as f32, (p / width) as f32);
                 let [dx, dy] = found.offsets[p];

@@ -4,10 +4,8 @@ use crate::half_rows::HalfRows;
 use crate::lamps::{Lamps, shading};
 use crate::matching::Match;
 use crate::places::Place;
-use crate::pose_turns::{PoseTurn, PoseTurns};
 use crate::shape::{depth, inside, normals};
 use crate::target::{CONTRAST, Said, Target, matched_contrast};
-use crate::turn::turn_vector;
 use base::error::{Error, Result};
 use calibration::Calibration;
 use footage::{Exemplar, Frame};
@@ -50,7 +48,6 @@ pub struct Pose {
 #[derive(Clone, Debug)]
 pub struct Transfer {
     poses: Vec<Arc<Pose>>,
-    turns: PoseTurns,
     pub(crate) lamps: Lamps,
     /// The interview's light as a sum of the lamps, exposure included.
     pub(crate) weights: Vec<[f32; 3]>,
@@ -105,52 +102,15 @@ impl Transfer {
     /// included.
     pub fn new(poses: &[PlatePose], rig: &Rig, weights: Vec<[f32; 3]>) -> Self {
         let lamps = Lamps::new(rig);
-        let mut transfer = Self {
-            poses: poses
-                .par_iter()
-                .map(|pose| Arc::new(Pose::new(pose, &lamps)))
-                .collect(),
-            turns: PoseTurns::default(),
+        let poses = poses
+            .par_iter()
+            .map(|pose| Arc::new(Pose::new(pose, &lamps)))
+            .collect();
+        Self {
+            poses,
             lamps,
             weights,
-        };
-        transfer.turns = transfer.turns_between(poses);
-        transfer
-    }
-
-    /// Turns between all poses, each matched with the others as a frame would be.
-    fn turns_between(&self, plates: &[PlatePose]) -> PoseTurns {
-        let turns_to = |(to, plate): (&Arc<Pose>, &PlatePose)| -> Vec<PoseTurn> {
-            let (plate, mask) = (plate.plate.clone(), plate.exemplar.mask.clone());
-            let frame = Frame {
-                index: 0,
-                plate,
-                mask,
-            };
-            let target = Target::new(&frame, self);
-            let others = self
-                .poses
-                .par_iter()
-                .filter(|from| from.number != to.number);
-            let turn = |from: &Arc<Pose>| {
-                let first = target.first_match(from);
-                let found = target.second_match(from, &first, &first.turn.unwrap_or_default());
-                Some(PoseTurn {
-                    from: from.number,
-                    to: to.number,
-                    by_depth: turn_vector(&found.turn?),
-                    by_normals: turn_vector(&target.turn_of_normals(from, &found, &to.normals)),
-                })
-            };
-            others.filter_map(turn).collect()
-        };
-        PoseTurns(
-            self.poses
-                .par_iter()
-                .zip(plates)
-                .flat_map_iter(turns_to)
-                .collect(),
-        )
+        }
     }
 
     /// The same without one pose, by its number in the project.
@@ -158,7 +118,6 @@ impl Transfer {
     pub fn without(&self, pose: usize) -> Self {
         let mut rest = self.clone();
         rest.poses.retain(|other| other.number != pose);
-        rest.turns.leave_out(pose);
         rest
     }
 
@@ -181,43 +140,12 @@ impl Transfer {
     /// Carries the exemplars over to a frame of their size. Without exemplars all OLATs are black.
     pub fn carry(&self, frame: &Frame) -> Carried {
         let target = Target::new(frame, self);
-        let first: Vec<Match> = self
-            .poses
-            .par_iter()
-            .map(|pose| target.first_match(pose))
-            .collect();
-        let second = |((pose, first), turn): ((&Arc<Pose>, &Match), &Mat3)| {
-            target.second_match(pose, first, turn)
-        };
-        let turns = self.agreed(&first);
-        let second: Vec<Match> = self
-            .poses
-            .par_iter()
-            .zip(&first)
-            .zip(&turns)
-            .map(second)
-            .collect();
-        let turns = self.agreed(&second);
-        let said =
-            |((pose, found), turn): ((&Arc<Pose>, Match), &Mat3)| target.asked(pose, found, turn);
         let said: Vec<Said> = self
             .poses
             .par_iter()
-            .zip(second)
-            .zip(&turns)
-            .map(said)
+            .map(|pose| target.asked(pose))
             .collect();
         target.blended(said)
-    }
-
-    /// One turn of the head from each pose to a frame, from the matches of all.
-    fn agreed(&self, found: &[Match]) -> Vec<Mat3> {
-        let found = self
-            .poses
-            .iter()
-            .zip(found)
-            .map(|(pose, found)| (pose.number, found.turn));
-        self.turns.agreed(&found.collect::<Vec<_>>())
     }
 
     /// How far each pixel of a frame is from another frame that is matched with it, as [`Carried::unlike`]; more where the other
@@ -227,7 +155,7 @@ impl Transfer {
         let found = Match {
             offsets: target.offsets(&target.contrast, &other.contrast),
             size: target.plate.size(),
-            turn: None,
+            turn: Mat3::IDENTITY,
         };
         target.unlike(
             &found.pulled(&other.plate),

@@ -234,8 +234,11 @@ fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
     let names = rig.lamps.iter().map(|lamp| &lamp.name);
     let mut layers = LightLayers::of(of.field, of.mask, names.zip(weights))?;
     if let Some(plate) = of.plate() {
-        for layer in &mut layers.lamps {
-            layer.picture = plate.relit(&layer.picture, of.mask);
+        let mut alone = vec![[0.0; 3]; rig.lamps.len()];
+        for (lamp, layer) in layers.lamps.iter_mut().enumerate() {
+            alone[lamp] = [1.0; 3];
+            layer.picture = plate.relit_by(&layer.picture, of.mask, &alone);
+            alone[lamp] = [0.0; 3];
         }
     }
     Ok(Lights {
