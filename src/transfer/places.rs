@@ -17,7 +17,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// `lamps`: as [`Self::lamps`], `stride` values for each lamp of the pose.
+    /// `lamps`: shares of the pose's lamps in the frame's, `stride` values for each lamp of the pose.
     pub fn new(
         pose: usize,
         offsets: Vec<[f32; 2]>,
