@@ -13,6 +13,7 @@ use super::cubic::Taps;
 use super::descriptor::{Descriptor, Run, decide};
 use super::edges::extend_edges;
 use super::facts::key;
+use super::fine_light::FineLight;
 use super::passes::{GpuPicture, PicturePasses, Recording, Shader, extent};
 use base::error::{Error, Result};
 use bytemuck::{Pod, Zeroable, bytes_of};
@@ -25,7 +26,7 @@ use scene::Pass;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const SHADER: Shader = Shader::new("plate", include_str!("../../shaders/plate.wgsl"));
+pub(super) const SHADER: Shader = Shader::new("plate", include_str!("../../shaders/plate.wgsl"));
 
 pub(crate) const PLATE: Descriptor = Descriptor {
     fixed: |_| Some("the picture's size decides"),
@@ -60,19 +61,6 @@ const FLOOR: f32 = 0.01;
 /// The smallest floor, for a plate that is black.
 const LEAST_FLOOR: f32 = 1e-6;
 
-/// What light does within a pixel of the working size: shadow edges, pores, glints. [`Plate::relit`] lacks it.
-pub trait FineLight: std::fmt::Debug + Send + Sync {
-    /// False while it is being read.
-    fn is_ready(&self) -> bool;
-
-    /// Added to the ratio of each pixel of the plate under lamps of these weights, and linear in them. None while it is being
-    /// read.
-    fn ratio(&self, weights: &[[f32; 3]]) -> Option<Image>;
-
-    /// The memory that it takes for this frame alone.
-    fn bytes(&self) -> usize;
-}
-
 /// A frame's plate, ready to be multiplied by light that was summed at the working size.
 #[derive(Clone, Debug)]
 pub struct Plate {
@@ -84,7 +72,7 @@ pub struct Plate {
     lit: Image,
     square: PlateSquare,
     nodes: Arc<Nodes>,
-    fine: Option<Arc<dyn FineLight>>,
+    pub(crate) fine: Option<Arc<dyn FineLight>>,
 }
 
 /// The square of a plate that the network sees, in the plate's pixels.
@@ -188,20 +176,6 @@ impl Plate {
             nodes,
             fine: None,
         })
-    }
-
-    /// The same with light finer than the working size.
-    #[must_use]
-    pub fn with_fine_light(self, fine: Arc<dyn FineLight>) -> Self {
-        Self {
-            fine: Some(fine),
-            ..self
-        }
-    }
-
-    /// True if pictures get light finer than the working size.
-    pub fn has_fine_light(&self) -> bool {
-        self.fine.as_ref().is_some_and(|fine| fine.is_ready())
     }
 
     /// The square that the network sees, in the plate's pixels.
@@ -321,35 +295,6 @@ impl Plate {
             nodes: self.nodes.clone(),
             fine: None,
         }
-    }
-
-    /// The subject under lamps of these weights, of which `relit` is the sum: [`Self::relit`] and the plate's fine light.
-    ///
-    /// # Panics
-    /// As [`Self::relit`].
-    pub fn relit_by(&self, relit: &Image, working: &Mask, weights: &[[f32; 3]]) -> Image {
-        let mut picture = self.relit(relit, working);
-        if let Some(fine) = self.fine_light(weights) {
-            let pixels = picture
-                .pixels
-                .par_iter_mut()
-                .zip(&fine.pixels)
-                .with_min_len(4096);
-            pixels.for_each(|(pixel, fine)| (0..3).for_each(|c| pixel[c] += fine[c]));
-        }
-        picture
-    }
-
-    /// The light that [`Self::relit`] lacks under lamps of these weights.
-    pub(crate) fn fine_light(&self, weights: &[[f32; 3]]) -> Option<Image> {
-        let mut ratio = self.fine.as_ref()?.ratio(weights)?;
-        let pixels = ratio
-            .pixels
-            .par_iter_mut()
-            .zip(&self.lit.pixels)
-            .with_min_len(4096);
-        pixels.for_each(|(ratio, lit)| (0..3).for_each(|c| ratio[c] *= lit[c]));
-        Some(ratio)
     }
 
     /// The subject at the plate's size, premultiplied by its matte. `relit` is what [`super::reference::relight`] sums
@@ -534,7 +479,7 @@ pub(crate) struct GpuPlate {
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(crate) struct PlateParams {
-    size: [u32; 2],
+    pub size: [u32; 2],
     nodes: u32,
     step: f32,
     start: [f32; 2],
@@ -578,32 +523,6 @@ impl Recording<'_> {
         let size = plate.lit.size();
         let (shader, lit) = ((&SHADER, "enlarge"), Some(&plate.lit));
         self.run(shader, bytes_of(&params(size)), &ratio, lit, size)
-    }
-
-    /// Adds light to a picture of the plate's size.
-    ///
-    /// # Errors
-    /// When the GPU cannot hold the result.
-    pub(crate) fn add_light(
-        &mut self,
-        subject: &GpuPicture,
-        light: &GpuPicture,
-    ) -> Result<GpuPicture> {
-        let size = subject.size();
-        let params = PlateParams {
-            size: extent(size),
-            nodes: 0,
-            step: 0.0,
-            start: [0.0; 2],
-            unused: [0.0; 2],
-        };
-        self.run(
-            (&SHADER, "add"),
-            bytes_of(&params),
-            subject,
-            Some(light),
-            size,
-        )
     }
 }
 

@@ -340,17 +340,17 @@ fn a_shrunk_plate_is_the_picture_shrunk() {
     );
 }
 
+/// A disc's plate of so many columns and rows.
+fn disc_plate(side: usize, working: &Mask) -> Plate {
+    let picture = Raster::from_fn(side, side, albedo);
+    Plate::new(picture, disc(side), whole(side), working).unwrap()
+}
+
 #[test]
 fn a_composed_picture_has_the_plate_s_size_and_says_so() {
     let set = Set::new(SIZE);
     let side = 5 * SIZE;
-    let plate = Plate::new(
-        Raster::from_fn(side, side, albedo),
-        disc(side),
-        whole(side),
-        &set.mask,
-    )
-    .unwrap();
+    let plate = disc_plate(side, &set.mask);
     let with = |plate| Ingredients {
         extra: Extra {
             plate,
@@ -387,13 +387,7 @@ fn a_composed_picture_has_the_plate_s_size_and_says_so() {
 fn fine_light_is_added_once_it_is_there() {
     let set = Set::new(SIZE);
     let side = 3 * SIZE;
-    let plate = Plate::new(
-        Raster::from_fn(side, side, albedo),
-        disc(side),
-        whole(side),
-        &set.mask,
-    )
-    .unwrap();
+    let plate = disc_plate(side, &set.mask);
     let fine = |size| plate.clone().with_fine_light(Arc::new(Stripes(size)));
     assert_eq!(fine(None).bytes(), plate.bytes() + 7);
     let scene = scene(Background::None, Output::Linear, 0.0);

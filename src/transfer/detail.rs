@@ -5,6 +5,7 @@
 //! by the lamps' weights, turned with the head, pulled over to the frame and added to its ratio: linear in the light, and nothing
 //! under the interview's own.
 
+use crate::matching::around;
 use crate::places::Place;
 use base::error::Result;
 use calibration::Calibration;
@@ -106,6 +107,16 @@ impl ExemplarDetail {
 }
 
 impl PoseDetail {
+    /// One without lamps.
+    fn new(side: usize, pixels: Vec<u32>) -> Self {
+        Self {
+            side,
+            pixels,
+            codes: Vec::new(),
+            scales: Vec::new(),
+        }
+    }
+
     fn read(
         reader: &OlatReader,
         calibration: &Calibration,
@@ -151,12 +162,7 @@ impl PoseDetail {
             side: side as f32,
         };
         let plate = Plate::new(lit, mask, square, &small_mask)?;
-        let mut detail = Self {
-            side,
-            pixels,
-            codes: Vec::new(),
-            scales: Vec::new(),
-        };
+        let mut detail = Self::new(side, pixels);
         for (small, olat) in olats {
             let enlarged = plate.relit(&small, &small_mask);
             let shown = detail.pixels.par_iter().zip(&olat).with_min_len(4096);
@@ -293,7 +299,7 @@ impl FineLight for FineFrame {
                     if !within.contains(&here[0]) {
                         continue;
                     }
-                    let near = around(here, self.of.working);
+                    let near = around(here, (self.of.working, self.of.working));
                     for (place, lit) in &lit {
                         let share: f32 = near.iter().map(|&(q, w)| w * place.share.pixels[q]).sum();
                         if share < 1e-3 {
@@ -305,7 +311,7 @@ impl FineLight for FineFrame {
                                 near.iter().map(|&(q, w)| w * place.offsets[q][c]).sum();
                             (here[c] + offset + 0.5) * scale - 0.5
                         });
-                        for (q, w) in around(there, lit.width) {
+                        for (q, w) in around(there, lit.size()) {
                             (0..3).for_each(|c| out[c] += share * w * lit.pixels[q][c]);
                         }
                     }
@@ -319,23 +325,6 @@ impl FineLight for FineFrame {
     }
 }
 
-/// The four pixels around a place in a square picture, with their shares.
-#[inline(always)]
-fn around([x, y]: [f32; 2], side: usize) -> [(usize, f32); 4] {
-    let axis = |v: f32| {
-        let v = v.clamp(0.0, (side - 1) as f32);
-        let low = v as usize;
-        (low, (low + 1).min(side - 1), v - low as f32)
-    };
-    let ((x0, x1, fx), (y0, y1, fy)) = (axis(x), axis(y));
-    [
-        (y0 * side + x0, (1.0 - fx) * (1.0 - fy)),
-        (y0 * side + x1, fx * (1.0 - fy)),
-        (y1 * side + x0, (1.0 - fx) * fy),
-        (y1 * side + x1, fx * fy),
-    ]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -343,12 +332,7 @@ mod tests {
     #[test]
     fn details_are_kept_to_a_part_of_their_size() {
         let pixels: Vec<u32> = (0..64).collect();
-        let mut detail = PoseDetail {
-            side: 8,
-            pixels,
-            codes: Vec::new(),
-            scales: Vec::new(),
-        };
+        let mut detail = PoseDetail::new(8, pixels);
         let lamp = |k: usize| -> Vec<f32> {
             (0..192)
                 .map(|i| ((i * (k + 3)) % 41) as f32 / 41.0 - 0.5)
@@ -374,12 +358,7 @@ mod tests {
     fn empty_and_black_subjects_have_no_detail() {
         for pixels in [Vec::new(), vec![0, 5]] {
             let values = vec![0.0; 3 * pixels.len()];
-            let mut detail = PoseDetail {
-                side: 3,
-                pixels,
-                codes: Vec::new(),
-                scales: Vec::new(),
-            };
+            let mut detail = PoseDetail::new(3, pixels);
             detail.push(&values);
             assert!(
                 detail
@@ -394,12 +373,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_has_no_detail_or_the_largest() {
         let pixels: Vec<u32> = (0..4).collect();
-        let mut detail = PoseDetail {
-            side: 2,
-            pixels,
-            codes: Vec::new(),
-            scales: Vec::new(),
-        };
+        let mut detail = PoseDetail::new(2, pixels);
         let (nan, infinite) = (f32::NAN, f32::INFINITY);
         detail.push(&[
             nan, infinite, -infinite, 0.5, -0.5, 0.25, nan, nan, nan, 0.5, 0.5, 0.5,
@@ -407,14 +381,5 @@ mod tests {
         let lit = detail.lit(&[[1.0; 3]]);
         assert_eq!(lit.pixels[0], [0.0, 0.5, -0.5]);
         assert!(lit.pixels.iter().flatten().all(|v| v.is_finite()));
-    }
-
-    #[test]
-    fn a_place_lies_between_four_pixels() {
-        for (place, at) in [([1.25, 0.0], 1.25), ([-3.0, 2.0], 8.0), ([9.0, 9.0], 15.0)] {
-            let near = around(place, 4);
-            let sum: f32 = near.iter().map(|&(q, w)| q as f32 * w).sum();
-            assert_eq!(sum, at);
-        }
     }
 }

@@ -3,6 +3,23 @@
 use glam::Mat3;
 use imaging::Raster;
 
+/// The four pixels around a place in a picture that is not empty, inside it, with their shares.
+#[inline(always)]
+pub fn around([x, y]: [f32; 2], (width, height): (usize, usize)) -> [(usize, f32); 4] {
+    let axis = |v: f32, length: usize| {
+        let v = v.clamp(0.0, (length - 1) as f32);
+        let low = v as usize;
+        (low, (low + 1).min(length - 1), v - low as f32)
+    };
+    let ((x0, x1, fx), (y0, y1, fy)) = (axis(x, width), axis(y, height));
+    [
+        (y0 * width + x0, (1.0 - fx) * (1.0 - fy)),
+        (y0 * width + x1, fx * (1.0 - fy)),
+        (y1 * width + x0, (1.0 - fx) * fy),
+        (y1 * width + x1, fx * fy),
+    ]
+}
+
 /// A pose matched with a frame.
 pub struct Match {
     /// Offsets in pixels: pixel (x, y) of the frame lies at (x + dx, y + dy) in the pose.
@@ -15,21 +32,8 @@ pub struct Match {
 impl Match {
     /// Place in the pose of a pixel of the frame: the four pixels around it, inside the picture, with their shares.
     pub fn place(&self, (x, y): (usize, usize)) -> [(usize, f32); 4] {
-        let (width, height) = self.size;
-        let [dx, dy] = self.offsets[y * width + x];
-        let at = |v: usize, d: f32, length: usize| {
-            let v = (v as f32 + d).clamp(0.0, (length - 1) as f32);
-            let low = v.floor() as usize;
-            (low, (low + 1).min(length - 1), v - low as f32)
-        };
-        let (x0, x1, fx) = at(x, dx, width);
-        let (y0, y1, fy) = at(y, dy, height);
-        [
-            (y0 * width + x0, (1.0 - fx) * (1.0 - fy)),
-            (y0 * width + x1, fx * (1.0 - fy)),
-            (y1 * width + x0, (1.0 - fx) * fy),
-            (y1 * width + x1, fx * fy),
-        ]
+        let [dx, dy] = self.offsets[y * self.size.0 + x];
+        around([x as f32 + dx, y as f32 + dy], self.size)
     }
 
     /// A picture of the pose, pulled over.
@@ -61,5 +65,21 @@ impl Match {
             })
         };
         (0..width * height).map(follow).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_lies_between_four_pixels() {
+        for (place, at) in [([1.25, 0.0], 1.25), ([-3.0, 2.0], 8.0), ([9.0, 9.0], 15.0)] {
+            let sum: f32 = around(place, (4, 4))
+                .iter()
+                .map(|&(q, w)| q as f32 * w)
+                .sum();
+            assert_eq!(sum, at);
+        }
     }
 }

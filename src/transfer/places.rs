@@ -1,4 +1,4 @@
-//! Where a frame lies in the exemplars, and how much each counts there.
+//! Places of a frame in the exemplars, and the share of each.
 
 use imaging::Mask;
 
@@ -12,28 +12,11 @@ pub struct Place {
     /// Share of the exemplar in the light of each pixel: less where no exemplar explains the frame.
     pub share: Mask,
     /// Shares of the pose's lamps in the frame's: `lamps[of pose · stride + of frame]`.
-    lamps: Vec<f32>,
-    stride: usize,
+    pub(crate) lamps: Vec<f32>,
+    pub(crate) stride: usize,
 }
 
 impl Place {
-    /// `lamps`: shares of the pose's lamps in the frame's, `stride` values for each lamp of the pose.
-    pub fn new(
-        pose: usize,
-        offsets: Vec<[f32; 2]>,
-        share: Mask,
-        lamps: Vec<f32>,
-        stride: usize,
-    ) -> Self {
-        Self {
-            pose,
-            offsets,
-            share,
-            lamps,
-            stride,
-        }
-    }
-
     /// Weights of the pose's lamps for those of the frame's.
     pub fn turned(&self, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let turned = |shares: &[f32]| {

@@ -293,7 +293,13 @@ impl<'a> Target<'a> {
                     .zip(&near)
                     .for_each(|(lamp, near)| *lamp *= near);
             }
-            Place::new(one.number, one.offsets, share, lamps, stride)
+            Place {
+                pose: one.number,
+                offsets: one.offsets,
+                share,
+                lamps,
+                stride,
+            }
         };
         said.into_iter().zip(near).map(place).collect()
     }

@@ -63,7 +63,7 @@ pub struct Carried {
     pub unlike: Mask,
     /// The pose that is most like the frame, by its number; None without poses.
     pub pose: Option<usize>,
-    /// Where the frame lies in the exemplars.
+    /// Places of the frame in the exemplars.
     pub places: Arc<[Place]>,
     /// Variance of the exemplars' predictions about their blend: squares of roots of light, the mean over lamps and channels.
     pub spread: Mask,

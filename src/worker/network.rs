@@ -87,7 +87,7 @@ impl<Open, Tell> Network<Open, Tell> {
 impl<Open, Tell> Handler for Network<Open, Tell>
 where
     Open: FnMut() -> std::result::Result<Source, Blocked>,
-    Tell: Fn(Event),
+    Tell: Fn(Event) + Clone + Send + 'static,
 {
     type Request = NetworkRequest;
     type Answer = Done;
@@ -108,11 +108,13 @@ where
                     rig: Arc::new(source.rig.clone()),
                 };
                 if let Some(later) = source.later.take() {
-                    let own = self.own.clone();
-                    std::thread::spawn(move || {
-                        if later() {
-                            own.put(NetworkRequest::Open);
-                        }
+                    let (own, tell) = (self.own.clone(), self.tell.clone());
+                    std::thread::spawn(move || match later() {
+                        Ok(true) => own.put(NetworkRequest::Open),
+                        Ok(false) => {}
+                        Err(e) => tell(Event::Failed {
+                            sentence: e.to_string(),
+                        }),
                     });
                 }
                 let device = source.device.clone();

@@ -48,12 +48,13 @@ pub struct Source {
     pub predict: Predict,
     /// What predictions are compared with.
     pub comparison: FindComparison,
-    /// Work to be done beside predictions. If it returns true, the source is opened again: predictions are better then.
+    /// Work to be done beside predictions. If it returns true, the source is opened again: predictions are better then. Its error
+    /// is said.
     pub later: Option<Later>,
 }
 
 /// Work beside predictions.
-pub type Later = Box<dyn FnOnce() -> bool + Send>;
+pub type Later = Box<dyn FnOnce() -> Result<bool, Error> + Send>;
 
 /// Exemplars that were read, kept while a training saves one network after the other.
 #[derive(Default)]
@@ -120,10 +121,9 @@ pub fn open_project(
     let later = detail.get().is_none().then(|| {
         let (project, calibration) = (project.clone(), calibration.clone());
         Box::new(move || {
-            // Pictures that cannot be read leave light at the working size.
-            let read = ExemplarDetail::read(&project, &calibration).ok().flatten();
+            let read = ExemplarDetail::read(&project, &calibration)?;
             let is_some = read.is_some();
-            detail.set(read).is_ok() && is_some
+            Ok(detail.set(read).is_ok() && is_some)
         }) as Later
     });
     let compute = compute.clone();

@@ -1,0 +1,88 @@
+//! Light finer than the working size, added where a plate is lit.
+
+use super::passes::{GpuPicture, Recording, extent};
+use super::plate::{Plate, PlateParams, SHADER};
+use base::error::Result;
+use bytemuck::{Zeroable, bytes_of};
+use imaging::{Image, Mask};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Light within a pixel of the working size: shadow edges, pores, glints. [`Plate::relit`] lacks it.
+pub trait FineLight: std::fmt::Debug + Send + Sync {
+    /// False while it is being read.
+    fn is_ready(&self) -> bool;
+
+    /// Added to the ratio of each pixel of the plate under lamps of these weights, and linear in them. None while it is being
+    /// read.
+    fn ratio(&self, weights: &[[f32; 3]]) -> Option<Image>;
+
+    /// The memory that it takes for this frame alone.
+    fn bytes(&self) -> usize;
+}
+
+impl Plate {
+    /// The same with light finer than the working size.
+    #[must_use]
+    pub fn with_fine_light(mut self, fine: Arc<dyn FineLight>) -> Self {
+        self.fine = Some(fine);
+        self
+    }
+
+    /// True if pictures get light finer than the working size.
+    pub fn has_fine_light(&self) -> bool {
+        self.fine.as_ref().is_some_and(|fine| fine.is_ready())
+    }
+
+    /// The subject under lamps of these weights, of which `relit` is the sum: [`Self::relit`] and the plate's fine light.
+    ///
+    /// # Panics
+    /// As [`Self::relit`].
+    pub fn relit_by(&self, relit: &Image, working: &Mask, weights: &[[f32; 3]]) -> Image {
+        let mut picture = self.relit(relit, working);
+        if let Some(fine) = self.fine_light(weights) {
+            let pixels = picture
+                .pixels
+                .par_iter_mut()
+                .zip(&fine.pixels)
+                .with_min_len(4096);
+            pixels.for_each(|(pixel, fine)| (0..3).for_each(|c| pixel[c] += fine[c]));
+        }
+        picture
+    }
+
+    /// The light that [`Self::relit`] lacks under lamps of these weights.
+    pub(crate) fn fine_light(&self, weights: &[[f32; 3]]) -> Option<Image> {
+        let mut ratio = self.fine.as_ref()?.ratio(weights)?;
+        let pixels = ratio
+            .pixels
+            .par_iter_mut()
+            .zip(&self.lit().pixels)
+            .with_min_len(4096);
+        pixels.for_each(|(ratio, lit)| (0..3).for_each(|c| ratio[c] *= lit[c]));
+        Some(ratio)
+    }
+}
+
+impl Recording<'_> {
+    /// Adds light to a picture of the plate's size.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub(crate) fn add_light(
+        &mut self,
+        subject: &GpuPicture,
+        light: &GpuPicture,
+    ) -> Result<GpuPicture> {
+        let size = subject.size();
+        let mut params = PlateParams::zeroed();
+        params.size = extent(size);
+        self.run(
+            (&SHADER, "add"),
+            bytes_of(&params),
+            subject,
+            Some(light),
+            size,
+        )
+    }
+}
