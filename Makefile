@@ -22,19 +22,17 @@ setup:
 # Passes all tests of all crates, and says at the end which were skipped and why. AFTERLIGHT_REQUIRED names, with
 # commas between, what must not be missing: shared data, gpu, gpu f16, gpu clock, ffmpeg, python, mediapipe, amx, small
 # disk, pfspanoramic, prlimit, blender, openjd, slurm.
-SKIPPED = $(abspath $(or $(CARGO_TARGET_DIR),target))/skipped.txt
-SHOWN = $(abspath $(or $(CARGO_TARGET_DIR),target))/stability.txt
-
 test: setup
-	@mkdir -p $(dir $(SKIPPED)) && : >$(SKIPPED) && : >$(SHOWN)
-	@AFTERLIGHT_SKIPPED=$(SKIPPED) AFTERLIGHT_STABILITY=$(SHOWN) AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
-		AFTERLIGHT_OPENJD=$${AFTERLIGHT_OPENJD-$(OPENJD)} \
+	@out="$${CARGO_TARGET_DIR:-target}"; mkdir -p "$$out"; out=$$(cd "$$out" && pwd); \
+		: >"$$out/skipped.txt"; : >"$$out/stability.txt"; \
+		AFTERLIGHT_SKIPPED="$$out/skipped.txt" AFTERLIGHT_STABILITY="$$out/stability.txt" \
+		AFTERLIGHT_PYTHON="$${AFTERLIGHT_PYTHON-$(PYTHON)}" AFTERLIGHT_OPENJD="$${AFTERLIGHT_OPENJD-$(OPENJD)}" \
 		$(CARGO) test --locked --workspace --no-fail-fast; \
-		code=$$?; awk -f tests/support/skipped.awk $(SKIPPED); exit $$code
+		code=$$?; awk -f tests/support/skipped.awk "$$out/skipped.txt"; exit $$code
 
 # The hard cases that the tests show, one line each: passes all tests and writes docs/stability.md.
 stability: test
-	$(CARGO) run --locked -q -p afterlight-test-support --bin stability $(SHOWN) >docs/stability.md.new
+	$(CARGO) run --locked -q -p afterlight-test-support --bin stability "$${CARGO_TARGET_DIR:-target}/stability.txt" >docs/stability.md.new
 	mv docs/stability.md.new docs/stability.md
 
 # The tests run in sessions without a folder of their own too: Mesa's driver then prints an error each time.

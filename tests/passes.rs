@@ -321,7 +321,7 @@ fn in_a_drag_of_the_yaw_nothing_is_read_back() {
             looks: Default::default(),
             solo: Vec::new(),
             table: None,
-            dragged: texture,
+            moving: texture,
             texture,
         });
         let started = Instant::now();

@@ -84,7 +84,7 @@ impl<'a, B: Backend> Composition<'a, B> {
                 lamps: of.weights.per_lamp.len(),
                 lit_lamps: lit_lamps(&of.weights.per_lamp).len(),
                 plate: of.plate().map(Plate::size),
-                fine_light: of.plate().is_some_and(Plate::has_fine_light),
+                fine_light: of.finely_lit().is_some(),
                 open_share: open as f32 / matte.pixels.len().max(1) as f32,
                 inputs,
                 second_picture: of.extra.second.is_some(),

@@ -34,6 +34,11 @@ impl<'a> Ingredients<'a> {
         (self.extra.plate).filter(|plate| plate.is_larger(self.mask.size()))
     }
 
+    /// The plate, if its fine light is to be added.
+    pub(crate) fn finely_lit(&self) -> Option<&'a Plate> {
+        (self.plate()).filter(|plate| !self.extra.draft && plate.has_fine_light())
+    }
+
     /// The subject's coverage at the picture's size.
     pub fn matte(&self) -> &'a Mask {
         self.plate().map_or(self.mask, |plate| &plate.matte)
@@ -45,6 +50,8 @@ impl<'a> Ingredients<'a> {
 pub struct Extra<'a> {
     /// The frame's plate, if the picture is to have its size.
     pub plate: Option<&'a Plate>,
+    /// A picture that is soon there is better than a sharp one: the plate's fine light is left out.
+    pub draft: bool,
     /// What the frame before handed on, for the pass `smoothing`: its [`Picture::steady`].
     pub before: Option<&'a Steady>,
     /// The plate's grain under the scene's view transform, for the pass `grain`.

@@ -391,9 +391,10 @@ fn fine_light_is_added_once_it_is_there() {
     let fine = |size| plate.clone().with_fine_light(Arc::new(Stripes(size)));
     assert_eq!(fine(None).bytes(), plate.bytes() + 7);
     let scene = scene(Background::None, Output::Linear, 0.0);
-    let picture = |plate: &Plate| {
+    let made = |plate: &Plate, draft: bool| {
         let extra = Extra {
             plate: Some(plate),
+            draft,
             ..Extra::default()
         };
         compose(
@@ -405,6 +406,7 @@ fn fine_light_is_added_once_it_is_there() {
         )
         .unwrap()
     };
+    let picture = |plate: &Plate| made(plate, false);
     let reason = |picture: &crate::Picture| picture.passes[Pass::Plate as usize].reason.clone();
     let plain = picture(&plate);
     let waiting = picture(&fine(None));
@@ -423,7 +425,10 @@ fn fine_light_is_added_once_it_is_there() {
     };
     assert_ne!(lit.linear, plain.linear);
     assert!((sum(&lit) / sum(&plain) - 1.0).abs() < 0.05);
-    // A stand-in has to be there soon.
+    // A draft has to be there soon, and so has a stand-in.
+    let draft = made(&fine(Some((side, side))), true);
+    assert_eq!(draft.linear, plain.linear);
+    assert!(!reason(&draft).contains("fine shadows"));
     assert!(!fine(Some((side, side))).shrunk(2).has_fine_light());
 }
 

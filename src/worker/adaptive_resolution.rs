@@ -1,4 +1,4 @@
-//! How large pictures are while something is dragged: as large as can be made within a frame of the window.
+//! How large pictures are while something moves: as large as can be made within a frame of the window.
 
 use super::PredictedFrame;
 use compositor::{Field, Plate, Reuse};
@@ -45,7 +45,7 @@ impl AdaptiveResolution {
         }
     }
 
-    /// The factor for the next picture while something is dragged.
+    /// The factor for the next picture while something moves.
     pub fn factor(&self) -> usize {
         self.factor
     }

@@ -69,6 +69,12 @@ impl<R: Request> Background<R> {
         }
     }
 
+    /// Whether such a request waits.
+    #[cfg(test)]
+    pub fn waits(&self, is_it: impl Fn(&R) -> bool) -> bool {
+        self.mailbox.waits(is_it)
+    }
+
     /// Starts a thread with a mailbox of its own. `make` is called there, with what long requests look at to know
     /// that they are to stop. `name` is for debuggers.
     pub fn spawn<H: Handler<Request = R>>(

@@ -41,7 +41,7 @@ fn shown(worker: &Worker, yaw_deg: f32, coarse: impl Fn(usize) -> bool) -> Arc<P
 
 fn drag(worker: &Worker, yaw_deg: f32, light: &Arc<Environment>) {
     worker.show(PreviewRequest {
-        dragged: true,
+        moving: true,
         ..ask(0, yaw_deg, light)
     });
 }
@@ -169,7 +169,7 @@ fn a_scrub_shows_the_nearest_frame_at_hand_and_then_the_one_it_rests_on() {
 }
 
 /// The ball on a plate of 5 times its width, striped, and a source of it.
-fn filmed(index: usize) -> Prediction {
+pub(crate) fn filmed(index: usize) -> Prediction {
     let (frame, field) = ball(index);
     let stripes = |x: usize, _| [if (x / 2).is_multiple_of(2) { 0.6 } else { 0.3 }; 3];
     let square = PlateSquare {

@@ -183,7 +183,7 @@ impl Worker {
         )
     }
 
-    /// [`Self::over`], with what a picture may take in milliseconds while something is dragged, and how long a drag
+    /// [`Self::over`], with what a picture may take in milliseconds while something moves, and how long a drag
     /// has to rest before the picture is made at its full size.
     pub fn within(
         budget_ms: f64,

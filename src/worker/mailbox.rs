@@ -73,6 +73,12 @@ impl<R: Request> Mailbox<R> {
         self.waiting.lock().requests.pop_front()
     }
 
+    /// Whether such a request waits.
+    #[cfg(test)]
+    pub fn waits(&self, is_it: impl Fn(&R) -> bool) -> bool {
+        self.waiting.lock().requests.iter().any(is_it)
+    }
+
     /// Waits for the next request. Where none comes within the time that `rest` names, it is that of `rest`. None
     /// once the mailbox is closed and empty.
     pub fn next(&self, rest: Option<(Duration, R)>) -> Option<R> {

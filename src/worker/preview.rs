@@ -47,8 +47,8 @@ pub struct PreviewRequest {
     /// A `.cube` table that codes go through before they are shown, as a display; it reads and gives sRGB codes. Channels,
     /// false colours and differences are shown as they are.
     pub table: Option<PathBuf>,
-    /// Something is being dragged: a picture that is soon there is better than a sharp one.
-    pub dragged: bool,
+    /// Something is dragged or played: a picture that is soon there is better than a sharp one.
+    pub moving: bool,
     /// The window draws textures of the GPU that pictures are made on, and needs nothing else until the picture
     /// rests: what it shows is then not read from there.
     pub texture: bool,
@@ -64,8 +64,10 @@ pub struct PreviewPicture {
     pub environment: String,
     pub width: usize,
     pub height: usize,
-    /// How many pixels along each axis were lit as one, while something was dragged; 1 in a picture that stays.
+    /// How many pixels along each axis were lit as one, while something moved; 1 in a picture that stays.
     pub coarse: usize,
+    /// Light finer than the working size was left out, because something moved.
+    pub draft: bool,
     /// sRGB codes, three bytes a pixel, row by row. Empty while the picture is on the GPU alone.
     pub rgb: Vec<u8>,
     /// Columns and rows of `rgb`: the picture's, or fewer in one that is coarse.
@@ -134,12 +136,14 @@ pub(super) struct PreviewInputs {
     pub olats: [Option<Arc<PredictedFrame>>; 2],
     /// How many pixels along each axis may be lit as one.
     pub coarse: usize,
+    /// Light finer than the working size may be left out.
+    pub draft: bool,
     /// Its codes have to be in memory.
     pub in_memory: bool,
 }
 
 impl PreviewInputs {
-    /// Whether a picture made of these is the one that `other` asks for, no coarser; it may have to be read.
+    /// Whether a picture made of these is the one that `other` asks for, as sharp; it may have to be read.
     pub fn serves(&self, other: &Self) -> bool {
         let olats = |inputs: &Self| {
             let each = inputs.olats.each_ref();
@@ -147,6 +151,7 @@ impl PreviewInputs {
         };
         let (mine, theirs) = (&self.request, &other.request);
         self.coarse <= other.coarse
+            && self.draft <= other.draft
             && Arc::ptr_eq(&self.predicted, &other.predicted)
             && olats(self) == olats(other)
             && Arc::ptr_eq(&mine.environment, &theirs.environment)

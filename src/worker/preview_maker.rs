@@ -40,7 +40,7 @@ pub(super) struct PreviewMaker {
 }
 
 impl PreviewMaker {
-    /// Pictures may take `budget_ms` milliseconds while something is dragged.
+    /// Pictures may take `budget_ms` milliseconds while something moves.
     pub fn new(rig: Arc<Rig>, budget_ms: f64) -> Self {
         Self {
             rig,
@@ -61,7 +61,7 @@ impl PreviewMaker {
         &self.rig
     }
 
-    /// How coarse the next picture is while something is dragged: see [`PreviewInputs::coarse`].
+    /// How coarse the next picture is while something moves: see [`PreviewInputs::coarse`].
     pub fn coarse(&self) -> usize {
         self.resolution.factor()
     }
@@ -146,6 +146,7 @@ impl PreviewMaker {
                 plate: predicted.plate.as_deref(),
                 second: second.as_ref(),
                 identity: self.identity,
+                draft: inputs.draft,
                 ..Extra::default()
             },
             ..light.on(&predicted.field, &predicted.frame.mask)
@@ -163,8 +164,12 @@ impl PreviewMaker {
         if inputs.in_memory || table.is_some() {
             shown.read()?;
         }
-        self.resolution
-            .took(coarse, composed.elapsed().as_secs_f64() * 1e3);
+        let fine = (predicted.plate.as_ref()).is_some_and(|plate| plate.has_fine_light());
+        // The next picture that moves goes without fine light, and so with less time.
+        if inputs.draft || !fine {
+            let ms = composed.elapsed().as_secs_f64() * 1e3;
+            self.resolution.took(coarse, ms);
+        }
         if let (Inspection::Difference { gain }, Some(first), Some(second)) =
             (scene.effects.inspection, &mut first, &second)
         {
@@ -186,6 +191,7 @@ impl PreviewMaker {
             width,
             height,
             coarse,
+            draft: inputs.draft && fine,
             rgb: Vec::new(),
             rgb_size: [width, height],
             texture: shown.texture.clone(),

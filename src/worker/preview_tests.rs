@@ -1,6 +1,7 @@
 //! Which pictures are made, and in which order.
 
 use super::*;
+use crate::messages::FrameRequest;
 
 #[test]
 fn looks_beside_each_other_are_each_the_picture_that_they_are_alone() {
@@ -66,6 +67,14 @@ fn the_newest_frame_is_predicted_and_those_between_are_not() {
         worker.show(ask(frame, 0.0, &light));
         std::thread::sleep(Duration::from_millis(1));
     }
+    // The relighter has handed on the last one too.
+    let newest = |request: &NetworkRequest| {
+        matches!(
+            request,
+            NetworkRequest::Predict(FrameRequest { frame: 30, .. })
+        )
+    };
+    wait_for(|| worker.network.waits(newest).then_some(()));
     go.send(()).unwrap();
     assert_eq!(begun.recv_timeout(PATIENCE), Ok(30));
     // The first field is taken in before the next one can replace it.

@@ -31,7 +31,7 @@ pub(super) struct Relighter<Tell> {
     network: Arc<Mailbox<NetworkRequest>>,
     pictures: Arc<Latest<Arc<PreviewPicture>>>,
     tell: Tell,
-    /// What a picture may take in milliseconds while something is dragged.
+    /// What a picture may take in milliseconds while something moves.
     budget_ms: f64,
     /// How long a drag has to rest, see [`STILL`].
     still: Duration,
@@ -62,7 +62,7 @@ struct AskedOlats {
 }
 
 impl<Tell> Relighter<Tell> {
-    /// One that knows nothing yet. Pictures may take `budget_ms` milliseconds while something is dragged; a coarse one
+    /// One that knows nothing yet. Pictures may take `budget_ms` milliseconds while something moves; a coarse one
     /// is made again at full size when nothing was asked for since `still`.
     pub fn new(
         network: Arc<Mailbox<NetworkRequest>>,
@@ -178,6 +178,7 @@ impl<Tell> Relighter<Tell> {
         // What is compared has its full size, and so has what it is compared with.
         let alone = comparisons.iter().all(|comparison| comparison.is_none())
             && request.looks.iter().all(Option::is_none);
+        let draft = request.moving && !rested && alone;
         Some(PreviewInputs {
             request: PreviewRequest {
                 scene: Scene {
@@ -189,11 +190,8 @@ impl<Tell> Relighter<Tell> {
             },
             predicted,
             olats: self.compared.each_ref().map(|side| side.found.clone()),
-            coarse: if request.dragged && !rested && alone {
-                coarse
-            } else {
-                1
-            },
+            coarse: if draft { coarse } else { 1 },
+            draft,
             in_memory: rested || !request.texture,
         })
     }
@@ -221,12 +219,13 @@ impl<Tell> Relighter<Tell> {
         // One that fails is not tried again.
         let made = self.made.insert(PreviewInputs {
             coarse: 1,
+            draft: false,
             ..inputs.clone()
         });
         let predicted = &inputs.predicted;
         let predict_ms = (fresh == Some(predicted.frame.index)).then_some(predicted.ms);
         let picture = maker.make(&inputs, predict_ms, started)?;
-        made.coarse = picture.coarse;
+        (made.coarse, made.draft) = (picture.coarse, picture.draft);
         Ok(Some(self.with_frames(picture)))
     }
 
@@ -269,12 +268,13 @@ impl<Tell: Fn(Event)> Handler for Relighter<Tell> {
         }
     }
 
-    /// A picture is made when there is nothing more to learn. When nothing is asked for, a coarse one is made again, and
+    /// A picture is made when there is nothing more to learn. When nothing is asked for, a rough one is made again, and
     /// one that stayed on the GPU is read.
     fn rest(&self) -> Option<(Duration, RelighterRequest)> {
-        let coarse = self.made.as_ref().is_some_and(|made| made.coarse > 1);
+        let made = self.made.as_ref();
+        let rough = made.is_some_and(|made| made.coarse > 1 || made.draft);
         let unread = self.maker.as_ref().is_some_and(PreviewMaker::is_unread);
-        match (self.changed, coarse || unread) {
+        match (self.changed, rough || unread) {
             (true, _) => Some((Duration::ZERO, RelighterRequest::Relight { rested: false })),
             (false, true) => Some((self.still, RelighterRequest::Relight { rested: true })),
             (false, false) => None,

@@ -2,7 +2,10 @@
 
 use super::*;
 use crate::ComparisonSource;
+use crate::tests::drag_tests::filmed;
 use crate::tests::{ask, from_the_left, predicted, rig};
+use compositor::FineLight;
+use imaging::Image;
 use light::Environment;
 use std::sync::Mutex;
 
@@ -154,7 +157,7 @@ fn a_coarse_picture_is_made_again_at_full_size_when_the_pointer_rests() {
     bench.show(0, 0.0);
     bench.pictures.take();
     let dragged = PreviewRequest {
-        dragged: true,
+        moving: true,
         ..ask(0, 20.0, &bench.light)
     };
     bench.hear(RelighterRequest::Show(Box::new(dragged)));
@@ -166,6 +169,52 @@ fn a_coarse_picture_is_made_again_at_full_size_when_the_pointer_rests() {
     let sharp = bench.pictures.take().unwrap();
     assert_eq!((sharp.coarse, sharp.scene.yaw_deg), (1, 20.0));
     assert!(bench.relighter.rest().is_none());
+}
+
+/// Fine light that brightens every third column.
+#[derive(Debug)]
+struct Columns;
+
+impl FineLight for Columns {
+    fn is_ready(&self) -> bool {
+        true
+    }
+
+    fn ratio(&self, _: &[[f32; 3]]) -> Option<Image> {
+        let column = |x: usize, _| [if x.is_multiple_of(3) { 0.5 } else { 0.0 }; 3];
+        Some(Image::from_fn(320, 401, column))
+    }
+
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+#[test]
+fn fine_light_waits_until_nothing_moves() {
+    // Each picture is quick enough, so none is coarse.
+    let mut bench = Bench::new(f64::MAX);
+    let mut predicted = filmed(0);
+    let plate = predicted.plate.take();
+    predicted.plate = plate.map(|plate| plate.with_fine_light(Arc::new(Columns)));
+    let predicted = Arc::new(PredictedFrame::new(predicted, 1, 1.0));
+    bench.hear(RelighterRequest::Predicted(predicted));
+    let moving = PreviewRequest {
+        moving: true,
+        ..ask(0, 40.0, &bench.light)
+    };
+    bench.hear(RelighterRequest::Show(Box::new(moving)));
+    let draft = bench.pictures.take().unwrap();
+    let (wait, rested) = bench.relighter.rest().unwrap();
+    assert_eq!(wait, STILL);
+    bench.hear(rested);
+    let sharp = bench.pictures.take().unwrap();
+    assert!(bench.relighter.rest().is_none());
+    assert_eq!((draft.coarse, sharp.coarse), (1, 1));
+    assert_eq!((draft.draft, sharp.draft), (true, false));
+    let code = |relit: &PreviewPicture, x| relit.codes([x, 200]).unwrap()[1];
+    assert!(code(&sharp, 162) > code(&draft, 162) + 10);
+    assert_eq!(code(&sharp, 161), code(&draft, 161));
 }
 
 #[test]

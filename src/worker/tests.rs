@@ -80,7 +80,7 @@ pub(crate) fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) ->
         looks: Default::default(),
         solo: Vec::new(),
         table: None,
-        dragged: false,
+        moving: false,
         texture: false,
     }
 }
@@ -196,7 +196,7 @@ mod job_tests;
 mod export_queue_tests;
 
 #[path = "drag_tests.rs"]
-mod drag_tests;
+pub(crate) mod drag_tests;
 
 #[path = "lost_tests.rs"]
 mod lost_tests;

@@ -124,7 +124,10 @@ impl Backend for InMemory<'_> {
 
     fn plate(&mut self, subject: &mut Arc<Image>, weights: &[[f32; 3]]) -> Result<()> {
         if let Some(plate) = self.of.plate() {
-            *subject = Arc::new(plate.relit_by(subject, self.of.mask, weights));
+            *subject = Arc::new(match self.of.finely_lit() {
+                Some(plate) => plate.relit_by(subject, self.of.mask, weights),
+                None => plate.relit(subject, self.of.mask),
+            });
         }
         Ok(())
     }

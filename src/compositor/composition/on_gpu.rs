@@ -146,7 +146,8 @@ impl Backend for OnGpu<'_> {
         if let Some(plate) = &self.plate {
             *subject = self.recording.plate(subject, plate)?;
         }
-        if let Some(light) = self.of.plate().and_then(|plate| plate.fine_light(weights)) {
+        let plate = self.of.finely_lit();
+        if let Some(light) = plate.and_then(|plate| plate.fine_light(weights)) {
             let light = self.passes.upload_opaque(&light)?;
             *subject = self.recording.add_light(subject, &light)?;
         }

@@ -38,8 +38,8 @@ struct PictureRequest {
 /// What may be left out while the picture changes.
 #[derive(Clone, Copy, PartialEq)]
 struct Shortcuts {
-    /// The full size, because a setting is being dragged.
-    dragged: bool,
+    /// The full size and fine light, because a setting is dragged or the clip plays.
+    moving: bool,
     /// The copy to memory, because nothing that is visible reads it.
     texture: bool,
 }
@@ -100,12 +100,10 @@ impl Preview {
             solo: state.solo.clone(),
             table: root.and_then(|root| state.export_options.shown_table(root)),
         };
-        let dragged = state.is_dragged();
+        let moving = state.is_dragged() || state.playing;
         let shortcuts = Shortcuts {
-            dragged,
-            texture: self.shares_gpu
-                && (dragged || state.playing)
-                && !shown.contains(&Pane::Scopes),
+            moving,
+            texture: self.shares_gpu && moving && !shown.contains(&Pane::Scopes),
         };
         let (same, same_shortcuts) = match &self.asked {
             Some((asked, before)) => (*asked == request, *before == shortcuts),
@@ -124,7 +122,7 @@ impl Preview {
                 looks: request.looks.clone(),
                 solo: request.solo.clone(),
                 table: request.table.clone(),
-                dragged,
+                moving,
                 texture: shortcuts.texture,
             });
             self.asked = Some((request, shortcuts));
