@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes bench-plate weights accuracy trials starter demo-interview screenshots clean-demo
+.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes bench-plate weights accuracy trials demo-interview screenshots clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -121,20 +121,6 @@ NETWORKS ?= 0
 trials: $(if $(filter-out 0,$(NETWORKS)),build)
 	$(CARGO) run --locked -p afterlight-trials -- --first $(FIRST) --trials $(TRIALS) --networks $(NETWORKS) \
 		--program $(AFTERLIGHT) $(if $(filter shoots,$(FRESH)),--fresh-shoots,$(if $(FRESH),--fresh))
-
-# Trains the small network that the demo starts from, on the virtual stage alone: ten minutes.
-starter: build
-	rm -rf target/starter
-	$(AFTERLIGHT) stage target/starter/shoot --size 128 --frames 24
-	$(AFTERLIGHT) import target/starter/project --shoot target/starter/shoot --size 128
-	$(AFTERLIGHT) calibrate target/starter/project
-	$(AFTERLIGHT) train target/starter/project --fresh --preset quick --exclude-truth target/starter/shoot
-	$(AFTERLIGHT) pack target/starter/project --to assets/starter
-
-# Trains the network that others start from, on virtual subjects alone, which it makes first: half an hour on two cores.
-.PHONY: start
-start:
-	$(CARGO) run --locked -p afterlight-start
 
 # Traces the demo's interview, which comes with the program: some minutes. The stage's test says when it has to be made again.
 demo-interview: build setup

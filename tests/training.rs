@@ -10,9 +10,7 @@ use afterlight::reflectance::checkpoint::{self, CheckpointInfo};
 use afterlight::reflectance::{
     Formulation, Normalization, Predictor, ReflectanceField, Statistics,
 };
-use afterlight::training::{
-    History, Preset, StartsFrom, TrainSettings, TrainingConfig, checkpoints, train,
-};
+use afterlight::training::{History, Preset, TrainSettings, TrainingConfig, checkpoints, train};
 use burn::tensor::Device;
 use std::path::Path;
 use std::process::Stdio;
@@ -644,26 +642,4 @@ fn steadiness_makes_light_depend_less_on_where_the_subject_is() {
         moved_change(&project, &calibration)
     });
     assert!(steady < 0.8 * free, "{steady} with, {free} without");
-}
-
-#[test]
-fn a_network_that_starts_from_virtual_subjects_learns_faster() {
-    let _turn = turn();
-    let folder = tempfile::tempdir().unwrap();
-    let shoot = TestShoot {
-        frames: 4,
-        lamps: 9,
-        ..TestShoot::default()
-    };
-    let losses = [StartsFrom::Nothing, StartsFrom::VirtualSubjects].map(|start| {
-        let (project, calibration) = shoot.calibrate(folder.path(), format!("{start:?}"));
-        let config = TrainingConfig {
-            start,
-            epochs: 10,
-            minutes: None,
-            ..Preset::Quick.config()
-        };
-        run(&project, &calibration, config).loss_rec
-    });
-    assert!(losses[1] < 0.8 * losses[0], "{losses:?}");
 }

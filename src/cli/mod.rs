@@ -180,10 +180,10 @@ struct DemoArgs {
     output: OutputArgs,
 }
 
-/// Pack a project's network as a small starting point for others: half floats, without the
-/// optimiser's state.
+/// Write a project's network small, to keep or hand on: half floats, without the optimiser's
+/// state.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: afterlight pack interview --to assets/starter")]
+#[command(after_help = "Example: afterlight pack interview --to packed")]
 struct PackArgs {
     /// The project's folder.
     project: PathBuf,

@@ -84,21 +84,8 @@ pub struct TrainingState {
     pub optimizer: Bytes,
 }
 
-/// A starting point for training: the table and the weights of the averaged network.
-#[derive(Clone, Copy)]
-pub struct Starter {
-    pub table: &'static str,
-    pub weights: &'static [u8],
-}
-
-/// The network that the demo starts from. `make starter` trained it on the virtual stage.
-pub const DEMO_STARTER: Starter = Starter {
-    table: include_str!("../../assets/starter/checkpoint.toml"),
-    weights: include_bytes!("../../assets/starter/weights.bpk"),
-};
-
-/// The weights' file in a starting point.
-const STARTER_WEIGHTS: &str = "weights.bpk";
+/// The weights' file in a packed checkpoint.
+const PACKED_WEIGHTS: &str = "weights.bpk";
 
 /// Writes a checkpoint: the network that predicts, and what training needs to continue.
 pub fn save(
@@ -139,24 +126,17 @@ pub fn save(
     })
 }
 
-/// Writes the project's network in `from` as a starting point for other projects into `to`: half
-/// floats, without optimiser state, at step 0.
+/// Writes the project's network in `from` small into `to`: half floats, without optimiser state.
 pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
     let (info, network) = load(from, &Device::flex())?;
     let small = weight_bytes(&network.map(&mut Halved))?;
-    write_beside(&to.join(STARTER_WEIGHTS), |out| out.write_all(&small))?;
-    let info = CheckpointInfo {
-        step: 0,
-        seconds: 0.0,
-        held_out: None,
-        ..info
-    };
+    write_beside(&to.join(PACKED_WEIGHTS), |out| out.write_all(&small))?;
     let table = Table {
-        weights: STARTER_WEIGHTS.to_owned(),
+        weights: PACKED_WEIGHTS.to_owned(),
         average_weights: None,
         live_weights: None,
         optimizer: None,
-        checksums: [(STARTER_WEIGHTS.to_owned(), crc32fast::hash(&small))].into(),
+        checksums: [(PACKED_WEIGHTS.to_owned(), crc32fast::hash(&small))].into(),
         info: info.clone(),
     };
     save_table(to, table)?;
@@ -169,35 +149,6 @@ fn unused(folder: &Path, stem: &str) -> String {
     let mut names = std::iter::once(format!("{stem}.bpk")).chain(numbered);
     // The names do not end.
     (names.find(|name| !folder.join(name).exists())).unwrap_or_default()
-}
-
-/// Writes a starting point into a project's empty checkpoint folder.
-pub fn install(starter: Starter, folder: &Path) -> Result<()> {
-    write_beside(&folder.join(STARTER_WEIGHTS), |out| {
-        out.write_all(starter.weights)
-    })?;
-    write_beside(&folder.join("checkpoint.toml"), |out| {
-        out.write_all(starter.table.as_bytes())
-    })
-}
-
-/// The network of a starting point.
-///
-/// # Errors
-/// When it is damaged.
-pub fn open_starter(starter: Starter, device: &Device) -> Result<(CheckpointInfo, UNet)> {
-    let damaged = |problem: &dyn std::fmt::Display| {
-        Error::bug(format!(
-            "the starting point of the program is damaged: {problem}"
-        ))
-    };
-    let table: Table = toml::from_str(starter.table).map_err(|e| damaged(&e.message()))?;
-    let bytes = Bytes::from_bytes_vec(starter.weights.to_vec());
-    let network = table
-        .info
-        .network_of(bytes, device)
-        .map_err(|problem| damaged(&problem))?;
-    Ok((table.info, network))
 }
 
 /// Makes the checkpoint in `from` that of the folder `to` as well. Weight files are never changed, so both may
@@ -234,7 +185,7 @@ pub fn link(from: &Path, to: &Path) -> Result<()> {
 }
 
 /// Whether the checkpoint in `folder` has an optimiser's state, so that training continues as if it had not
-/// stopped. A starting point has none.
+/// stopped. A packed one has none.
 pub fn has_optimizer(folder: &Path) -> Result<bool> {
     Ok(table(folder)?.optimizer.is_some())
 }
@@ -266,7 +217,7 @@ fn is_ours(name: &str) -> bool {
     };
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     match stem.split('-').collect::<Vec<_>>()[..] {
-        [_] => name == STARTER_WEIGHTS,
+        [_] => name == PACKED_WEIGHTS,
         [what, step, ref more @ ..] => {
             ["weights", "average", "live", "optimizer"].contains(&what)
                 && digits(step)
@@ -310,7 +261,7 @@ pub struct Resumed {
     pub average: UNet,
     /// The network that learns, on the autodiff device.
     pub live: UNet,
-    /// The optimiser's moments; a starting point has none.
+    /// The optimiser's moments; a packed checkpoint has none.
     pub optimizer: Option<Bytes>,
 }
 

@@ -11,7 +11,6 @@ pub mod kernels;
 pub mod predictor;
 pub mod render;
 mod resize;
-pub mod start;
 mod unet;
 
 pub use burn::tensor::Device;

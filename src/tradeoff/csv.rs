@@ -4,12 +4,11 @@ use super::front::front;
 use super::ledger::Ledger;
 use clap::ValueEnum;
 use scene::{Effects, STRENGTHS};
-use training::StartsFrom;
 
 const COLUMNS: &str = "rung,knob,seed,on_front,ms_median,ms_p10,ms_p90,ms_predicted,predict_ms,ms_as_timed,base_ms_in_turn,memory_bytes,\
 disk_bytes,training_seconds,training_minutes_asked,steps,psnr_db,ssim,flip,lpips,olat_psnr_db,flicker_percent,changes_db,\
 size,lamps,width,most_channels,depth,lamps_per_step,precision,against,device,processor,threads,system,version,build,\
-start,rendering,rendering_end,perceptual,pixel,features,steadiness,storage,components,weights,environment_columns,effects";
+rendering,rendering_end,perceptual,pixel,features,steadiness,storage,components,weights,environment_columns,effects";
 
 /// A line for each rung, with machine, version, seed and settings. Unknown figures are empty.
 pub fn csv(ledger: &Ledger) -> String {
@@ -60,10 +59,6 @@ pub fn csv(ledger: &Ledger) -> String {
             quoted(&ledger.machine.system),
             quoted(&ledger.machine.version),
             measured.build.clone(),
-            match config.start {
-                StartsFrom::Nothing => "nothing".to_owned(),
-                StartsFrom::VirtualSubjects => "virtual-subjects".to_owned(),
-            },
             config.rendering.to_string(),
             known(config.rendering_end.map(f64::from), 2),
             config.perceptual.to_string(),

@@ -11,7 +11,7 @@ use scene::{Effects, Pass, STRENGTHS};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::PathBuf;
-use training::{Preset, StartsFrom, TrainingConfig};
+use training::{Preset, TrainingConfig};
 
 /// What to measure, and against what.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
@@ -111,8 +111,6 @@ pub enum Knob {
     Rendering,
     /// How much light that changes with small movements counts in training.
     Steadiness,
-    /// What training starts from.
-    Start,
     /// How exactly the network multiplies.
     Precision,
     /// Lamps that the network predicts.
@@ -147,7 +145,6 @@ impl Knob {
             Self::Features => "Training features",
             Self::Rendering => "Rendering loss",
             Self::Steadiness => "Steadiness",
-            Self::Start => "Training start",
             Self::Precision => "Precision",
             Self::Lamps => "Lamps",
             Self::Field => "OLAT storage",
@@ -366,9 +363,6 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
             rung.network.config.most_channels = most;
         });
     }
-    turn(Knob::Start, "nothing".to_owned(), &|rung| {
-        rung.network.config.start = StartsFrom::Nothing;
-    });
     for lamps in [24, 12, 6].into_iter().filter(|&lamps| lamps < facts.lamps) {
         turn(Knob::Lamps, lamps.to_string(), &|rung| {
             rung.network.lamps = lamps
@@ -449,7 +443,6 @@ impl Rung {
         let work = |rung: &Self| {
             let network = rung.network.clone();
             let config = TrainingConfig {
-                start: StartsFrom::Nothing,
                 rendering: 1.0,
                 rendering_end: None,
                 ..network.config

@@ -14,7 +14,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// 1 measured the network alone, without the exemplars.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 const NAME: &str = "ladder.json";
 
 /// A project's folder of measured rungs: `ladder.json`, `ladder.csv`, `pictures/`, and the networks in `runs/`.

@@ -19,23 +19,10 @@ pub enum Preset {
     FastGpu,
 }
 
-/// What a network starts from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum StartsFrom {
-    /// Random weights.
-    #[default]
-    Nothing,
-    /// What it has learnt from virtual subjects, where a network of its shape can: [`reflectance::start`].
-    VirtualSubjects,
-}
-
 /// All settings of a training run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct TrainingConfig {
-    #[serde(default)]
-    pub start: StartsFrom,
     /// Blocks of the encoder and of the decoder. None means as many as reduce the picture to one pixel.
     pub depth: Option<usize>,
     /// Channels of the network's first block.
@@ -129,7 +116,6 @@ impl Preset {
     pub fn config(self) -> TrainingConfig {
         match self {
             Self::Quick => TrainingConfig {
-                start: StartsFrom::VirtualSubjects,
                 depth: None,
                 width: 16,
                 most_channels: 64,
@@ -169,7 +155,6 @@ impl Preset {
                 ..Self::Quick.config()
             },
             Self::Paper => TrainingConfig {
-                start: StartsFrom::Nothing,
                 depth: None,
                 width: 32,
                 most_channels: 512,

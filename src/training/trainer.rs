@@ -1,7 +1,7 @@
 //! The trainer: a network, its optimiser and its training data, with one sample per step.
 
 use super::adam::Adam;
-use super::config::{StartsFrom, TrainSettings, TrainingConfig};
+use super::config::{TrainSettings, TrainingConfig};
 use super::data::{Plate, TrainingData, TrainingSample};
 use super::features::{Features, rows};
 use super::loss::Criterion;
@@ -20,7 +20,6 @@ use reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingSt
 use reflectance::kernels::{LossInputs, LossSettings};
 use reflectance::predictor::check_fits;
 use reflectance::render::{encode, light};
-use reflectance::start;
 use reflectance::{UNet, UNetConfig};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -90,19 +89,7 @@ impl Trainer {
             Start::resumed(&folder, &data, settings.hold_out, device)?
         } else {
             autodiff.seed(seed);
-            let learnt = match config.start {
-                StartsFrom::Nothing => None,
-                StartsFrom::VirtualSubjects => start::VIRTUAL_SUBJECTS.network(
-                    &network,
-                    &calibration.rig,
-                    data.mean_output,
-                    &autodiff,
-                )?,
-            };
-            if learnt.is_some() {
-                progress.say("The network starts from what it has learnt of virtual subjects");
-            }
-            Start::fresh(network, learnt, &data, &autodiff)
+            Start::fresh(network, &data, &autodiff)
         };
         Ok(Self {
             config,
@@ -138,7 +125,7 @@ impl Trainer {
         autodiff.seed(0);
         let data = TrainingData::noise(&network, &autodiff);
         let schedule = Schedule::new(&config, data.exemplars.len(), data.frames.len(), 0);
-        let start = Start::fresh(network, None, &data, &autodiff);
+        let start = Start::fresh(network, &data, &autodiff);
         Ok(Self {
             config,
             schedule,
@@ -278,44 +265,6 @@ impl Trainer {
         }
     }
 
-    /// Goes on with the network of another trainer of the same lamps, whose pictures may have another size.
-    ///
-    /// # Errors
-    /// When their channels differ.
-    pub(super) fn go_on_from(&mut self, other: &Self) -> Result<()> {
-        let device = self.data.weights.device();
-        let (own, theirs) = (&self.info.network, &other.info.network);
-        let outputs = 3 * own.lamps;
-        let same = (
-            Tensor::eye(outputs, &device),
-            Tensor::zeros([outputs], &device),
-        );
-        let grown = own.grown(
-            (theirs, &other.average),
-            same,
-            self.data.mean_output,
-            &device,
-        );
-        let grown = grown.ok_or_else(|| {
-            Error::invalid(
-                format!(
-                    "these networks cannot exchange weights: {}",
-                    theirs.differences(own)
-                ),
-                "Give both the same channels and lamps",
-            )
-        })?;
-        self.live = grown.materialize();
-        self.average = self.live.valid();
-        Ok(())
-    }
-
-    /// Learns from other data of the same lamps from now on, and gives back those that it learnt from.
-    pub(super) fn exchange(&mut self, data: TrainingData) -> TrainingData {
-        self.info.scale = data.scale;
-        std::mem::replace(&mut self.data, data)
-    }
-
     /// What pictures are compared by, in words.
     pub(super) fn features(&self) -> String {
         match (&self.criterion.features, &self.config.features) {
@@ -428,14 +377,8 @@ struct Start {
 }
 
 impl Start {
-    fn fresh(
-        network: UNetConfig,
-        learnt: Option<UNet>,
-        data: &TrainingData,
-        autodiff: &Device,
-    ) -> Self {
-        let random = || network.init(data.mean_output, autodiff);
-        let live = learnt.unwrap_or_else(random).materialize();
+    fn fresh(network: UNetConfig, data: &TrainingData, autodiff: &Device) -> Self {
+        let live = network.init(data.mean_output, autodiff).materialize();
         Self {
             info: CheckpointInfo {
                 step: 0,

@@ -13,7 +13,6 @@ use gpu::DeviceChoice;
 use light::Lighting;
 use light::weights::Weighting;
 use project::{Framing, Project};
-use reflectance::checkpoint::{DEMO_STARTER, install};
 use scene::{Animation, Background, Effects};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -22,7 +21,7 @@ use std::path::{Path, PathBuf};
 use training::{Preset, TrainReport, TrainSettings, train};
 use virtual_stage::{StageSettings, write_shoot};
 
-/// Training goes on from the starting point for this long, unless another time is asked for.
+/// Training takes this long, unless another time is asked for.
 pub const MINUTES: f64 = 0.75;
 
 /// What the demo made.
@@ -48,8 +47,7 @@ pub fn project_folder(folder: &Path) -> PathBuf {
     folder.join("project")
 }
 
-/// Makes the demo's project in `folder`, where it is not there yet: shoot, import, calibration, and
-/// the network that comes with the program.
+/// Makes the demo's project in `folder`, where it is not there yet: shoot, import and calibration.
 pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
     let (shoot, root) = (folder.join("shoot"), project_folder(folder));
     if !shoot.join("manifest.json").exists() {
@@ -63,16 +61,12 @@ pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
             seed: 1,
         };
         let project = import(&root, &shoot, &settings, progress)?;
-        // The network that comes with the program has learned subjects of this size in its square.
         let plate = dimensions(&project.frame_picture(0))?;
         Project::change(&root, |project| project.frame(Framing::whole(plate)))?;
         Project::open(&root)?
     };
     if !project.calibration_path().exists() {
         calibrate(&mut project, &CalibrateSettings::default(), progress)?.save(&project)?;
-    }
-    if !project.checkpoint_path().join("checkpoint.toml").exists() {
-        install(DEMO_STARTER, &project.checkpoint_path())?;
     }
     Ok(project)
 }
@@ -174,7 +168,7 @@ impl DemoReport {
         let mut text = format!(
             "# Afterlight demo\n\n\
              Camera response: {}. Lamps found: {}.\n\n\
-             Training went on for {:.0} s to step {}; the network ran on the {}.\n\n\
+             Training took {:.0} s, {} steps; the network ran on the {}.\n\n\
              | environment | prediction, dB | exemplars carried over, dB | network, dB | ratio image, dB |\n\
              |---|---:|---:|---:|---:|\n",
             calibration.response,

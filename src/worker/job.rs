@@ -148,7 +148,7 @@ pub enum Job {
         /// Where what is known is put after each measure, to be shown.
         known: Option<Arc<Latest<MachineReport>>>,
     },
-    /// Write the project's network as a starting point for others.
+    /// Write the project's network small, to be kept or handed on.
     Pack { project: PathBuf, to: PathBuf },
     /// Use another square of the project's pictures.
     Frame {

@@ -224,7 +224,7 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
         );
     }
     let mut trained: Vec<&Step> = (steps.iter())
-        .filter(|step| matches!(step.knob, None | Some(Knob::Minutes | Knob::Start)))
+        .filter(|step| matches!(step.knob, None | Some(Knob::Minutes)))
         .collect();
     let minutes = |step: &Step| step.seeds.first().map_or(0.0, |m| m.rung.minutes);
     trained.sort_by(|a, b| minutes(a).total_cmp(&minutes(b)));
@@ -232,10 +232,7 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
         let figure = |figure: Option<Figure>, digits| {
             figure.map_or("–".to_owned(), |figure| figure.text(digits))
         };
-        text += match step.knob {
-            Some(Knob::Start) => "| **network**, from random weights |",
-            _ => "| **network** |",
-        };
+        text += "| **network** |";
         for name in &environments {
             let db = step.figure(|m| {
                 let found = m.relit_psnr_db.iter().find(|(of, _)| of == name);

@@ -6,7 +6,8 @@ use super::{
 use afterlight::gpu::DeviceChoice;
 use afterlight::progress::{LossPoint, TrainingPhase, TrainingPictures, TrainingPoint};
 use afterlight::project::Project;
-use afterlight::reflectance::checkpoint::{self, DEMO_STARTER};
+use afterlight::reflectance::Device;
+use afterlight::reflectance::checkpoint::{self, CheckpointInfo, HeldOut, TrainingState};
 use afterlight::studio::StudioApp;
 use afterlight::training::Preset;
 use egui::accesskit::Role;
@@ -173,21 +174,27 @@ const PACE: f64 = 0.1;
 pub fn trained_project(folder: &Path, steps: u64) -> Project {
     let project = clay::project(folder, clay::environments(folder));
     std::fs::write(project.calibration_path(), "").unwrap();
+    let shape = Preset::Quick.config().network(&project);
+    let network = shape.init(0.2, &Device::flex());
     let keep = |folder: &Path, step: u64| {
-        checkpoint::install(DEMO_STARTER, folder).unwrap();
-        let table = folder.join("checkpoint.toml");
-        let text = std::fs::read_to_string(&table).unwrap();
-        let lines = text.lines().map(|line| match line.split(' ').next() {
-            Some("step") => format!("step = {step}"),
-            Some("seconds") => format!("seconds = {:?}", PACE * step as f64),
-            _ => line.to_owned(),
-        });
-        let mut text = lines.collect::<Vec<_>>().join("\n");
-        text += &format!(
-            "\n[info.held_out]\npose = 0\nstep = {step}\ndecibels = {:?}\n",
-            decibels(step)
-        );
-        std::fs::write(&table, text).unwrap();
+        let info = CheckpointInfo {
+            step,
+            seconds: PACE * step as f64,
+            scale: 1.0,
+            training_frames: vec![0],
+            network: shape.clone(),
+            held_out: Some(HeldOut {
+                pose: 0,
+                step,
+                decibels: decibels(step),
+            }),
+        };
+        let state = TrainingState {
+            average_weights: None,
+            live_weights: checkpoint::weight_bytes(&network).unwrap(),
+            optimizer: checkpoint::weight_bytes(&network).unwrap(),
+        };
+        checkpoint::save(folder, &info, &network, &state).unwrap();
     };
     keep(&project.checkpoint_path(), steps);
     for (number, step) in [(1, steps / 4), (2, steps / 2), (3, steps)] {

@@ -235,6 +235,7 @@ mod tests {
     use super::*;
     use imaging::{Mask, Raster};
     use reflectance::checkpoint::HeldOut;
+    use reflectance::{Formulation, Normalization, Precision, Statistics, UNetConfig};
 
     #[test]
     fn a_lamp_that_is_off_is_told_from_one_that_is_not() {
@@ -263,13 +264,24 @@ mod tests {
 
     #[test]
     fn only_what_was_kept_out_of_training_is_unseen() {
-        let toml = include_str!("../../../assets/starter/checkpoint.toml");
-        #[derive(serde::Deserialize)]
-        struct Table {
-            info: CheckpointInfo,
-        }
-        let mut info = toml::from_str::<Table>(toml).unwrap().info;
-        info.training_frames = vec![0, 2];
+        let mut info = CheckpointInfo {
+            step: 9,
+            seconds: 1.0,
+            scale: 1.0,
+            training_frames: vec![0, 2],
+            network: UNetConfig {
+                size: 16,
+                lamps: 2,
+                depth: None,
+                width: 8,
+                most_channels: 8,
+                normalization: Normalization::None,
+                statistics: Statistics::Own,
+                formulation: Formulation::Ratio,
+                precision: Precision::Full,
+            },
+            held_out: None,
+        };
         assert!(was_seen(&info, Case::Frame(2)) && !was_seen(&info, Case::Frame(1)));
         assert!(was_seen(&info, Case::Pose(1)));
         info.held_out = Some(HeldOut {
