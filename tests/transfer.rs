@@ -7,8 +7,8 @@ use afterlight::footage::{Exemplar, Frame, PictureSize};
 use afterlight::imaging::color::luminance;
 use afterlight::imaging::{Image, Mask};
 use afterlight::light::Rig;
-use afterlight::reflectance::ReflectanceField;
-use afterlight::transfer::{ExemplarDetail, FineField, PlatePose, Transfer};
+use afterlight::reflectance::{Device, ReflectanceField};
+use afterlight::transfer::{ExemplarDetail, FineField, OlatPredictor, PlatePose, Transfer};
 use std::path::Path;
 use std::sync::{Arc, LazyLock, OnceLock};
 use test_shoot::TestShoot;
@@ -196,6 +196,108 @@ fn the_number_of_threads_changes_no_bit() {
         pool.install(|| transfer.carry(&frame).field)
     };
     assert_eq!(carried(1), carried(3));
+}
+
+/// A frame with grain of its own.
+fn grainy(frame: &Frame, seed: u32) -> Frame {
+    let mut state = seed;
+    let mut grain = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        0.99 + 0.02 * (state >> 8) as f32 / (1 << 24) as f32
+    };
+    let mut frame = frame.clone();
+    for pixel in &mut frame.plate.pixels {
+        *pixel = pixel.map(|v| v * grain());
+    }
+    frame
+}
+
+/// Root mean square of the change of the light from one field to another, of the ratio to the plate under each lamp.
+fn change(fields: [&ReflectanceField; 2], plates: [&Image; 2], mask: &Mask) -> f64 {
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for lamp in 0..fields[0].lamps {
+        for p in (0..mask.pixels.len()).filter(|&p| mask.pixels[p] > 0.9) {
+            let [a, b] = [0, 1]
+                .map(|i| f64::from(fields[i].plane(lamp, 1)[p] / plates[i].pixels[p][1].max(1e-3)));
+            sum += a * a;
+            squares += (a - b).powi(2);
+        }
+    }
+    (squares / sum).sqrt()
+}
+
+#[test]
+fn frames_beside_a_frame_steady_its_light() {
+    let frame = &STAGE.frames[1];
+    let transfer = transfer();
+    let frames = [1, 2, 3, 4].map(|seed| Arc::new(transfer.matched(&grainy(frame, seed))));
+    let plates = [2, 3].map(|seed| grainy(frame, seed).plate);
+    let changed =
+        |fields: [ReflectanceField; 2]| change(fields.each_ref(), plates.each_ref(), &frame.mask);
+    let alone = changed([2, 3].map(|seed| transfer.carry(&grainy(frame, seed)).field));
+    let among = |t: usize| {
+        let beside = [frames[t - 1].clone(), frames[t + 1].clone()];
+        transfer.carry_beside(&frames[t], &beside).field
+    };
+    let steady = changed([1, 2].map(among));
+    shown!(Pictures, "The same head in four frames with grain of their own",
+        danger: "exemplars are found elsewhere in each frame: light crawls over the skin",
+        done: "places in the exemplars are the mean along the motion",
+        bound: "0.7 of the change without",
+        measured: format!("light changes by {:.1} %, {:.1} % without", 100.0 * steady, 100.0 * alone));
+    assert!(steady < 0.7 * alone, "{steady} with, {alone} without");
+
+    // A cut, a pose that jumps and a frame of another size say nothing.
+    let black = Frame {
+        plate: Image::filled(64, 64, [0.0; 3]),
+        ..frame.clone()
+    };
+    let jump = &STAGE.poses[5];
+    let jump = Frame {
+        index: 0,
+        plate: jump.plate.clone(),
+        mask: jump.exemplar.mask.clone(),
+    };
+    let small = Frame {
+        index: 0,
+        plate: Image::filled(32, 32, [0.2; 3]),
+        mask: Mask::filled(32, 32, 1.0),
+    };
+    let lone = transfer.carry(frame).field;
+    let own = transfer.matched(frame);
+    for other in [black, jump, small] {
+        let beside = [Arc::new(transfer.matched(&other))];
+        let field = transfer.carry_beside(&own, &beside).field;
+        let moved = change([&field, &lone], [&frame.plate; 2], &frame.mask);
+        assert!(moved < 0.02, "{moved}");
+    }
+}
+
+#[test]
+fn a_frame_is_the_same_alone_and_in_a_sequence() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, calibration) = SHOOT.calibrate(folder.path(), "project");
+    let open = || {
+        let opened = OlatPredictor::open(&project, &calibration, &Device::flex()).unwrap();
+        opened.steady(&project, &calibration)
+    };
+    let frame = |index| Frame::load(&project, &calibration.response, index).unwrap();
+    let sequence = open();
+    let fields: Vec<_> = (0..SHOOT.frames)
+        .map(|index| sequence.predict(&frame(index)).unwrap())
+        .collect();
+    for index in [2, 0, 3] {
+        assert!(open().predict(&frame(index)).unwrap() == fields[index]);
+    }
+    // A frame that lacks neighbours, or whose picture was changed since, is carried over all the same.
+    let mut other = frame(2);
+    other.plate = other.plate.map(|pixel| pixel.map(|v| 0.5 * v));
+    assert!(sequence.predict(&other).unwrap() != fields[2]);
+    let far = Frame {
+        index: usize::MAX,
+        ..frame(2)
+    };
+    assert!(open().predict(&far).unwrap() == transfer().carry(&far).field);
 }
 
 #[test]

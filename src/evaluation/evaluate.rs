@@ -240,7 +240,8 @@ fn open_predictor(
     if settings.method == Method::Network && !project.checkpoint_path().exists() {
         Predictor::open(project, &compute.device)?;
     }
-    let mut predictor = OlatPredictor::open(project, calibration, &compute.device)?;
+    let mut predictor =
+        OlatPredictor::open(project, calibration, &compute.device)?.steady(project, calibration);
     if settings.at != PictureSize::Square {
         predictor = predictor.with_detail(project, calibration)?;
     }
@@ -260,7 +261,7 @@ fn predicted(
 ) -> Result<(ReflectanceField, Option<FineField>)> {
     match (method, predictor.network()) {
         (Method::Transfer, _) => {
-            let carried = predictor.transfer().carry(frame);
+            let carried = predictor.carry(frame);
             let fine = predictor.fine(&carried);
             Ok((carried.field, fine))
         }

@@ -1,6 +1,7 @@
 //! Reflectance transfer: OLATs of a frame, carried over from the exemplars without training. `docs/method.md` has the formulas
 //! and their sources.
 
+mod beside;
 mod blur;
 mod contrast;
 mod detail;

@@ -47,21 +47,14 @@ impl Match {
         })
     }
 
-    /// Offsets that go through `more` first: from the frame to where the pose was pulled to, and on.
-    pub fn followed(&self, more: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
-        let through = Self {
-            offsets: more,
-            ..*self
-        };
+    /// These offsets, and from there on by `more`.
+    pub fn then(&self, more: &[[f32; 2]]) -> Vec<[f32; 2]> {
         let (width, height) = self.size;
         let follow = |p: usize| {
-            let places = through.place((p % width, p / width));
+            let places = self.place((p % width, p / width));
             std::array::from_fn(|c| {
-                through.offsets[p][c]
-                    + places
-                        .iter()
-                        .map(|&(q, w)| w * self.offsets[q][c])
-                        .sum::<f32>()
+                let further = places.iter().map(|&(q, w)| w * more[q][c]);
+                self.offsets[p][c] + further.sum::<f32>()
             })
         };
         (0..width * height).map(follow).collect()

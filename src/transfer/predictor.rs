@@ -1,5 +1,6 @@
 //! OLATs of the interview's frames: the exemplars carried over, corrected by the project's network where there is one.
 
+use crate::beside::Beside;
 use crate::detail::{ExemplarDetail, FineField, SharedDetail};
 use crate::transfer::{Carried, Transfer};
 use base::error::Result;
@@ -26,6 +27,7 @@ pub struct OlatPredictor {
     network: Option<Predictor>,
     device: Device,
     detail: Option<SharedDetail>,
+    beside: Option<Arc<Beside>>,
 }
 
 impl OlatPredictor {
@@ -56,6 +58,7 @@ impl OlatPredictor {
             network,
             device: device.clone(),
             detail: None,
+            beside: None,
         })
     }
 
@@ -75,6 +78,7 @@ impl OlatPredictor {
             network: network.transpose()?,
             device: device.clone(),
             detail: None,
+            beside: None,
         })
     }
 
@@ -96,11 +100,22 @@ impl OlatPredictor {
         }
     }
 
+    /// The same for frames of the interview, whose places in the exemplars follow the motion from frame to frame.
+    #[must_use]
+    pub fn steady(self, project: &Project, calibration: &Calibration) -> Self {
+        let beside = Beside::of(project, calibration.response);
+        Self {
+            beside: Some(Arc::new(beside)),
+            ..self
+        }
+    }
+
     /// The same without one exemplar, by its number in the project.
     #[must_use]
     pub fn without(self, pose: usize) -> Self {
         Self {
             transfer: Arc::new(self.transfer.without(pose)),
+            beside: None,
             ..self
         }
     }
@@ -132,13 +147,21 @@ impl OlatPredictor {
         }
     }
 
+    /// The exemplars carried over to a frame.
+    pub fn carry(&self, frame: &Frame) -> Carried {
+        match &self.beside {
+            Some(beside) => beside.carry(&self.transfer, frame),
+            None => self.transfer.carry(frame),
+        }
+    }
+
     /// Predicts the OLATs of a frame, zero outside its matte, and leaves them on the network's device. Under the interview's
     /// light they sum to the frame.
     ///
     /// # Errors
     /// When the device fails.
     pub fn predict_on_device(&self, frame: &Frame) -> Result<DeviceField> {
-        self.corrected(self.transfer.carry(frame), frame)
+        self.corrected(self.carry(frame), frame)
     }
 
     /// [`Self::predict_on_device`], with the light of the frame's plate that is finer than that.
@@ -146,7 +169,7 @@ impl OlatPredictor {
     /// # Errors
     /// When the device fails.
     pub fn predict_fine(&self, frame: &Frame) -> Result<(DeviceField, Option<FineField>)> {
-        let carried = self.transfer.carry(frame);
+        let carried = self.carry(frame);
         let fine = self.fine(&carried);
         Ok((self.corrected(carried, frame)?, fine))
     }
@@ -189,7 +212,7 @@ impl OlatPredictor {
     /// When the device fails.
     pub fn predict(&self, frame: &Frame) -> Result<ReflectanceField> {
         match self.network {
-            None => Ok(self.transfer.carry(frame).field),
+            None => Ok(self.carry(frame).field),
             Some(_) => self.predict_on_device(frame)?.read(),
         }
     }

@@ -7,7 +7,7 @@ use crate::lamps::{Lamps, TurnedLamps, falloff};
 use crate::matching::Match;
 use crate::places::Place;
 use crate::shape::{inside, quantile};
-use crate::transfer::{Carried, Pose, Transfer};
+use crate::transfer::{Carried, Matched, Pose, Transfer};
 use crate::turn::{SeenPoint, head_turn, turn_degrees};
 use footage::Frame;
 use glam::{Mat3, Vec3};
@@ -27,6 +27,10 @@ const LIKENESS_BLUR: f32 = 4.0 / 160.0;
 const LIKENESS: f32 = 0.08;
 /// Width in degrees of the blend between poses.
 const POSE: f32 = 12.0;
+/// [`Carried::unlike`] between frames, matched, at which the one beside counts e^−½.
+const BESIDE: f32 = 0.3;
+/// The same of the median pixel.
+const NEXT: f32 = 0.06;
 /// Least likeness, coverage and weight of a pose: they keep a blend defined where no exemplar is like the frame.
 const LEAST_LIKENESS: f32 = 1e-4;
 const LEAST_COVERAGE: f32 = 0.01;
@@ -102,9 +106,9 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The prediction of one exemplar. It is matched twice: under the interview's light, and by its first prediction, which has
-    /// the light of the frame itself.
-    pub fn asked(&self, pose: &Pose) -> Said {
+    /// Offsets of the frame in one exemplar. It is matched twice: under the interview's light, and by its first prediction,
+    /// which has the light of the frame itself.
+    pub fn found(&self, pose: &Pose) -> Vec<[f32; 2]> {
         let first = self.matched(pose, self.offsets(&self.contrast, &pose.contrast));
         let coverage = first.pulled(&pose.mask);
         let lamps = &self.transfer.lamps;
@@ -115,7 +119,51 @@ impl<'a> Target<'a> {
             &self.same_light,
             &matched_contrast(&relit, &covered, SAME_LIGHT),
         );
-        let found = self.matched(pose, first.followed(more));
+        self.moved(more).then(&first.offsets)
+    }
+
+    /// Offsets of the frame in the exemplars, the mean with those of frames beside it, which are followed along the motion
+    /// between both and count by how well it explains them.
+    pub fn steadied(&self, own: &Matched, beside: &[Arc<Matched>]) -> Vec<Vec<[f32; 2]>> {
+        let mut sums = own.offsets.clone();
+        let mut weights = vec![1.0; self.plate.pixels.len()];
+        let same_size = |other: &&Arc<Matched>| other.frame.plate.size() == self.plate.size();
+        for other in beside.iter().filter(same_size) {
+            let there = Target::new(&other.frame, self.transfer);
+            let motion = self.moved(self.offsets(&self.contrast, &there.contrast));
+            let unlike = self.unlike(
+                &motion.pulled(&there.plate),
+                &motion.pulled(&other.frame.mask),
+            );
+            let mut sorted: Vec<f32> = (self.pixels.iter()).map(|&p| unlike.pixels[p]).collect();
+            sorted.sort_unstable_by(f32::total_cmp);
+            // A pose that jumps says nothing of the pose before.
+            let whole = gaussian(quantile(&sorted, 0.5), NEXT);
+            let shares: Vec<f32> = (unlike.pixels.iter())
+                .map(|unlike| whole * gaussian(*unlike, BESIDE))
+                .collect();
+            sums.par_iter_mut()
+                .zip(&other.offsets)
+                .for_each(|(sums, offsets)| {
+                    let through = motion.then(offsets);
+                    for ((sum, offset), share) in sums.iter_mut().zip(through).zip(&shares) {
+                        *sum = [sum[0] + share * offset[0], sum[1] + share * offset[1]];
+                    }
+                });
+            (weights.iter_mut().zip(&shares)).for_each(|(weight, share)| *weight += share);
+        }
+        for sums in &mut sums {
+            for (sum, weight) in sums.iter_mut().zip(&weights) {
+                *sum = sum.map(|sum| sum / weight);
+            }
+        }
+        sums
+    }
+
+    /// The prediction of an exemplar in which the frame has these offsets.
+    pub fn said(&self, pose: &Pose, offsets: Vec<[f32; 2]>) -> Said {
+        let lamps = &self.transfer.lamps;
+        let found = self.matched(pose, offsets);
         let turned = lamps.turned(&found.turn);
         let (mut roots, lit) = self.predicted(pose, &turned, &found);
         let stride = lamps.stride;
@@ -134,7 +182,7 @@ impl<'a> Target<'a> {
         let like = |(unlike, coverage): (&f32, &f32)| {
             // Coverage has a part of its own.
             let miss = unlike - (1.0 - coverage);
-            let likeness = (-0.5 * (miss / LIKENESS).powi(2)).exp() + LEAST_LIKENESS;
+            let likeness = gaussian(miss, LIKENESS) + LEAST_LIKENESS;
             likeness * (LEAST_COVERAGE + coverage)
         };
         let (width, height) = self.plate.size();
@@ -152,7 +200,7 @@ impl<'a> Target<'a> {
             turned,
             offsets: found.offsets,
             like,
-            pose: (-0.5 * (turn_degrees(&found.turn) / POSE).powi(2)).exp() + LEAST_POSE,
+            pose: gaussian(turn_degrees(&found.turn), POSE) + LEAST_POSE,
         }
     }
 
@@ -178,14 +226,19 @@ impl<'a> Target<'a> {
             .collect()
     }
 
+    /// Offsets without a turn of the head.
+    pub fn moved(&self, offsets: Vec<[f32; 2]>) -> Match {
+        Match {
+            offsets,
+            size: self.plate.size(),
+            turn: Mat3::IDENTITY,
+        }
+    }
+
     /// A match with its turn of the head.
     fn matched(&self, pose: &Pose, offsets: Vec<[f32; 2]>) -> Match {
         let (width, height) = self.plate.size();
-        let mut found = Match {
-            offsets,
-            size: (width, height),
-            turn: Mat3::IDENTITY,
-        };
+        let mut found = self.moved(offsets);
         let coverage = found.pulled(&pose.mask);
         let depth = found.pulled(&pose.depth);
         let middle = [width as f32 / 2.0, height as f32 / 2.0];
@@ -505,6 +558,11 @@ impl<'a> Target<'a> {
             lamp_spreads: (0..count).map(mean).collect(),
         }
     }
+}
+
+/// 1 at 0, e^−½ at `width`.
+fn gaussian(v: f32, width: f32) -> f32 {
+    (-0.5 * (v / width).powi(2)).exp()
 }
 
 /// Values of lamps, channel by channel, padded.

@@ -2,14 +2,13 @@
 
 use crate::half_rows::HalfRows;
 use crate::lamps::{Lamps, shading};
-use crate::matching::Match;
 use crate::places::Place;
 use crate::shape::{depth, inside, normals};
-use crate::target::{CONTRAST, Said, Target, matched_contrast};
+use crate::target::{CONTRAST, Target, matched_contrast};
 use base::error::{Error, Result};
 use calibration::Calibration;
 use footage::{Exemplar, Frame};
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 use imaging::color::luminance;
 use imaging::{Image, Mask, Raster};
 use light::Rig;
@@ -51,6 +50,14 @@ pub struct Transfer {
     pub(crate) lamps: Lamps,
     /// The interview's light as a sum of the lamps, exposure included.
     pub(crate) weights: Vec<[f32; 3]>,
+}
+
+/// A frame and its places in the exemplars.
+#[derive(Clone, Debug)]
+pub struct Matched {
+    pub(crate) frame: Frame,
+    /// Of each exemplar, as [`crate::Place::offsets`].
+    pub(crate) offsets: Vec<Vec<[f32; 2]>>,
 }
 
 /// A frame's OLATs, carried over.
@@ -140,23 +147,37 @@ impl Transfer {
     /// Carries the exemplars over to a frame of their size. Without exemplars all OLATs are black.
     pub fn carry(&self, frame: &Frame) -> Carried {
         let target = Target::new(frame, self);
-        let said: Vec<Said> = self
-            .poses
-            .par_iter()
-            .map(|pose| target.asked(pose))
-            .collect();
-        target.blended(said)
+        let said = |pose: &Arc<Pose>| target.said(pose, target.found(pose));
+        target.blended(self.poses.par_iter().map(said).collect())
+    }
+
+    /// Finds a frame in the exemplars.
+    pub fn matched(&self, frame: &Frame) -> Matched {
+        let target = Target::new(frame, self);
+        let found = |pose: &Arc<Pose>| target.found(pose);
+        Matched {
+            frame: frame.clone(),
+            offsets: self.poses.par_iter().map(found).collect(),
+        }
+    }
+
+    /// [`Self::carry`], with what frames before and after the frame say of its places in the exemplars.
+    pub fn carry_beside(&self, frame: &Matched, beside: &[Arc<Matched>]) -> Carried {
+        let target = Target::new(&frame.frame, self);
+        let offsets = target.steadied(frame, beside);
+        let poses = self.poses.par_iter().zip(offsets);
+        target.blended(
+            poses
+                .map(|(pose, offsets)| target.said(pose, offsets))
+                .collect(),
+        )
     }
 
     /// How far each pixel of a frame is from another frame that is matched with it, as [`Carried::unlike`]; more where the other
     /// shows no subject.
     pub fn apart(&self, frame: &Frame, other: &Frame) -> Mask {
         let [target, other] = [frame, other].map(|frame| Target::new(frame, self));
-        let found = Match {
-            offsets: target.offsets(&target.contrast, &other.contrast),
-            size: target.plate.size(),
-            turn: Mat3::IDENTITY,
-        };
+        let found = target.moved(target.offsets(&target.contrast, &other.contrast));
         target.unlike(
             &found.pulled(&other.plate),
             &found.pulled(&other.frame.mask),

@@ -117,7 +117,8 @@ pub fn open_project(
     let predictor = compute
         .guarded(|| OlatPredictor::with_transfer(transfer, project, &compute.device))
         .map_err(blocked(None))?
-        .sharing(detail.clone());
+        .sharing(detail.clone())
+        .steady(project, &calibration);
     let later = detail.get().is_none().then(|| {
         let (project, calibration) = (project.clone(), calibration.clone());
         Box::new(move || {

@@ -56,6 +56,8 @@ const UNTRAINED: [&str; 4] = ["nearest", "ratio", "transfer", "truth-olats"];
 struct Figures {
     /// Mean over environments and frames, and the worst environment's.
     relit: [f64; 2],
+    /// Mean over environments at shadow edges.
+    edges: f64,
     /// Mean over frames, and the worst frame's; None of a method whose OLATs are the truth.
     olats: Option<[f64; 2]>,
 }
@@ -63,6 +65,14 @@ struct Figures {
 struct Row {
     method: String,
     figures: Figures,
+}
+
+/// A shoot of the panel.
+struct Shoot {
+    name: String,
+    folder: PathBuf,
+    /// Given by the caller, not made here.
+    given: bool,
 }
 
 fn main() -> ExitCode {
@@ -78,14 +88,20 @@ fn main() -> ExitCode {
 fn run(options: &Options) -> Result<()> {
     let mut page = String::from(
         "# Panel\n\nPredictions on shoots unlike each other, before any training and after it, written by `make panel`. PSNR in decibels, \
-         higher is better, on frames that no exemplar shows and no training sees: mean and worst environment, mean and worst frame of \
-         the OLATs. The limit is the sum of the true OLATs.\n",
+         higher is better, on frames that no exemplar shows and no training sees: mean and worst environment, shadow edges under all \
+         environments, mean and worst frame of the OLATs. `truth-olats` is the limit: the sum of the true OLATs. `prediction` is the transfer, \
+         corrected by the network; `network` is the network alone. Training goes on from one length to the next.\n",
     );
-    for (name, shoot) in shoots(options)? {
-        let rows = measure(options, &name, &shoot)?;
+    let mut all = Vec::new();
+    for shoot in shoots(options)? {
+        let rows = measure(options, &shoot.name, &shoot.folder)?;
+        all.push((shoot, rows));
+    }
+    page += &means(&all);
+    for (Shoot { name, .. }, rows) in all {
         let _ = write!(
             page,
-            "\n## {name}\n\n| method | relit, mean | relit, worst | OLATs, mean | OLATs, worst |\n|---|---:|---:|---:|---:|\n"
+            "\n## {name}\n\n| method | relit, mean | relit, worst | edges | OLATs, mean | OLATs, worst |\n|---|---:|---:|---:|---:|---:|\n"
         );
         for Row { method, figures } in rows {
             let [mean, worst] = figures.relit;
@@ -94,24 +110,87 @@ fn run(options: &Options) -> Result<()> {
                 .map_or("exact | ".to_owned(), |[mean, worst]| {
                     format!("{mean:.1} | {worst:.1}")
                 });
-            let _ = writeln!(page, "| {method} | {mean:.1} | {worst:.1} | {olats} |");
+            let edges = figures.edges;
+            let _ = writeln!(
+                page,
+                "| {method} | {mean:.1} | {worst:.1} | {edges:.1} | {olats} |"
+            );
         }
     }
     write_beside(&options.page, |out| out.write_all(page.as_bytes()))
 }
 
-/// Names and folders of the panel's shoots. Stages are made if they are missing.
-fn shoots(options: &Options) -> Result<Vec<(String, PathBuf)>> {
+/// A table of each method's means over given and over made-up shoots, and its worst shoot.
+fn means(all: &[(Shoot, Vec<Row>)]) -> String {
+    let mut text = String::from(
+        "\n## All shoots\n\nRelit / edges / OLATs, means over shoots.\n\n| method | people | made-up shoots | worst shoot |\n|---|---|---|---|\n",
+    );
+    let methods = all.first().map_or(&[][..], |(_, rows)| rows);
+    for method in methods.iter().map(|row| &row.method) {
+        let of = |(shoot, rows): &(Shoot, Vec<Row>)| {
+            let row = rows.iter().find(|row| row.method == *method)?;
+            let olats = row.figures.olats.map_or(f64::NAN, |[mean, _]| mean);
+            Some((
+                shoot.given,
+                [row.figures.relit[0], row.figures.edges, olats],
+            ))
+        };
+        let found: Vec<(bool, [f64; 3])> = all.iter().filter_map(of).collect();
+        let said = |figures: [f64; 3]| {
+            let shown = figures.map(|db| match db.is_finite() {
+                true => format!("{db:.1}"),
+                false => "–".to_owned(),
+            });
+            shown.join(" / ")
+        };
+        let mean = |given: bool| {
+            let of: Vec<[f64; 3]> = (found.iter().filter(|(of, _)| *of == given))
+                .map(|(_, figures)| *figures)
+                .collect();
+            let sum = |i: usize| of.iter().map(|figures| figures[i]).sum::<f64>();
+            said([0, 1, 2].map(|i| sum(i) / of.len() as f64))
+        };
+        let worst =
+            |i: usize| (found.iter().map(|(_, figures)| figures[i])).fold(f64::NAN, f64::min);
+        let _ = writeln!(
+            text,
+            "| {method} | {} | {} | {} |",
+            mean(true),
+            mean(false),
+            said([0, 1, 2].map(worst))
+        );
+    }
+    text
+}
+
+/// The panel's shoots. Those of the virtual stage are made if they are missing.
+fn shoots(options: &Options) -> Result<Vec<Shoot>> {
     let mut all = Vec::new();
     for shoot in &options.shoot {
         let (name, folder) = shoot.split_once('=').ok_or_else(|| {
             Error::invalid(format!("{shoot:?} names no shoot"), "Write it as NAME=DIR")
         })?;
-        all.push((name.to_owned(), PathBuf::from(folder)));
+        all.push(Shoot {
+            name: name.to_owned(),
+            folder: PathBuf::from(folder),
+            given: true,
+        });
     }
+    let mut made = |name: &str, folder: PathBuf| {
+        all.push(Shoot {
+            name: name.to_owned(),
+            folder,
+            given: false,
+        });
+    };
+    let demo = options.work.join("demo");
+    if !demo.join("shoot/manifest.json").exists() {
+        afterlight(options, &["demo", &demo.to_string_lossy(), "--prepare"])?;
+    }
+    made("demo", demo.join("shoot"));
     let scan = options.shared.join("stage");
     if scan.join("manifest.json").exists() {
-        all.push(("head scan".to_owned(), scan));
+        made("head scan", scan);
     } else {
         println!("head scan skipped: {} is missing", scan.display());
     }
@@ -124,7 +203,7 @@ fn shoots(options: &Options) -> Result<Vec<(String, PathBuf)>> {
             command.extend(settings.split(' '));
             afterlight(options, &command)?;
         }
-        all.push((name.to_owned(), folder));
+        made(name, folder);
     }
     Ok(all)
 }
@@ -209,6 +288,13 @@ fn figures(found: &Value, method: &str) -> Result<Figures> {
         .as_object()
         .ok_or_else(missing)?;
     let frames: Vec<f64> = frames.values().filter_map(Value::as_f64).collect();
+    let edges = |regions: &Value| {
+        let mut regions = regions.as_array()?.iter();
+        let edge = regions.find(|region| region["region"] == "edge")?;
+        edge["psnr_db"].as_f64()
+    };
+    let regions = found["relit_regions"].as_object().ok_or_else(missing)?;
+    let edges: Vec<f64> = regions.values().filter_map(edges).collect();
     let both = |values: &[f64]| {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         [mean, values.iter().copied().fold(f64::INFINITY, f64::min)]
@@ -219,6 +305,7 @@ fn figures(found: &Value, method: &str) -> Result<Figures> {
     let olats = (method != "truth-olats" && !frames.is_empty()).then(|| both(&frames));
     Ok(Figures {
         relit: both(&relit),
+        edges: both(&edges)[0],
         olats,
     })
 }

@@ -175,7 +175,8 @@ fn maker(
             &compute.device,
         )?))),
         Method::Prediction | Method::Transfer => {
-            let mut opened = OlatPredictor::open(project, calibration, &compute.device)?;
+            let mut opened = OlatPredictor::open(project, calibration, &compute.device)?
+                .steady(project, calibration);
             if settings.at != PictureSize::Square {
                 opened = opened.with_detail(project, calibration)?;
             }

@@ -51,7 +51,8 @@ impl<'a> Reviewer<'a> {
         let calibration = Calibration::load(project)?;
         Ok(Self {
             project,
-            predictor: OlatPredictor::open(project, &calibration, &compute.device)?,
+            predictor: OlatPredictor::open(project, &calibration, &compute.device)?
+                .steady(project, &calibration),
             calibration,
             truth: truth
                 .map(|folder| Truth::open(project, folder))

@@ -66,7 +66,8 @@ impl<'a> Clip<'a> {
         let solo = lamps_named(&calibration.rig, &settings.solo)?;
         let look = Look::open(project, settings, progress)?;
         let compute = ComputeDevice::choose(settings.device);
-        let mut predictor = OlatPredictor::open(project, &calibration, &compute.device)?;
+        let mut predictor = OlatPredictor::open(project, &calibration, &compute.device)?
+            .steady(project, &calibration);
         if settings.files.at != PictureSize::Square {
             predictor = predictor.with_detail(project, &calibration)?;
         }
