@@ -21,8 +21,9 @@ use afterlight::light::weights::{Partition, Weighting};
 use afterlight::light::{LightWeights, built_in, panorama};
 use afterlight::memory::keep_freed;
 use afterlight::progress::Progress;
-use afterlight::reflectance::{HalfField, ReflectanceField};
+use afterlight::reflectance::{Device, HalfField, ReflectanceField};
 use afterlight::scene::{Background, Output, Scene};
+use afterlight::transfer::{FineField, OlatPredictor};
 use clap::Parser;
 use rayon::prelude::*;
 use std::error::Error;
@@ -408,9 +409,12 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
             .copied()
             .filter(|&f| truth.has_olats(f))
             .collect();
+        let device = Device::flex();
+        let predictor = OlatPredictor::open(&project, &calibration, &device)?
+            .with_detail(&project, &calibration)?;
         // Method, environment, frame.
         let mut pictures: Vec<Vec<Vec<Image>>> =
-            vec![vec![Vec::new(); environments.len()]; METHODS.len() + 1];
+            vec![vec![Vec::new(); environments.len()]; METHODS.len() + 2];
         let mut truths: Vec<Vec<Image>> = vec![Vec::new(); environments.len()];
         let mut mattes = Vec::new();
         let mut plate_size = (0, 0);
@@ -425,6 +429,8 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
             uncover(&mut look, &frame.mask);
             plate_size = plate.size();
             let shot = Shot { plate, light, look };
+            let fine = predictor.fine(&predictor.carry(&frame));
+            let finely_lit = FineField::on(fine, shot.plate.clone());
             let olats = truth.olats_at(index, PictureSize::Box)?;
             let full = ReflectanceField::from_olats(&olats);
             let small: Vec<Image> = (olats.iter())
@@ -445,7 +451,12 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
                 for (m, (_, method)) in METHODS.iter().enumerate() {
                     pictures[m][e].push(method(&relit, &frame.mask, &shot));
                 }
-                pictures[METHODS.len()][e].push(relight(&full, weights, &lit));
+                let mut covered = relit.clone();
+                cover(&mut covered, &frame.mask);
+                let mut finely = finely_lit.relit_by(&covered, &frame.mask, weights);
+                uncover(&mut finely, &shot.plate.matte);
+                pictures[METHODS.len()][e].push(finely);
+                pictures[METHODS.len() + 1][e].push(relight(&full, weights, &lit));
                 truths[e].push(truth.relit_at(index, name, PictureSize::Box)?);
             }
             mattes.push(shot.plate.matte);
@@ -461,7 +472,10 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
         println!("|---|{}", "---:|".repeat(names.len()));
         let labels = METHODS.iter().map(|(name, _)| *name);
         for (name, by_environment) in labels
-            .chain(["the rig's limit: summed at the plate's size"])
+            .chain([
+                "**the same with the exemplars' fine light**",
+                "the rig's limit: summed at the plate's size",
+            ])
             .zip(&pictures)
         {
             let mut cells = Vec::new();

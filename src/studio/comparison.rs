@@ -21,8 +21,10 @@ pub enum Reference {
     Exemplar(usize),
     /// The true OLATs in a folder, in the same light.
     Truth(PathBuf),
-    /// Another network's OLATs in the same light.
+    /// The OLATs that another network corrects, in the same light.
     Checkpoint(PathBuf),
+    /// The OLATs of the exemplars alone, in the same light.
+    Transfer,
 }
 
 /// How two pictures are shown.
@@ -194,6 +196,7 @@ impl Reference {
             Self::Checkpoint(folder) => {
                 Comparison::Olats(ComparisonSource::Checkpoint(folder.clone()))
             }
+            Self::Transfer => Comparison::Olats(ComparisonSource::Transfer),
         })
     }
 }

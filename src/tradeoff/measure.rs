@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use training::features::Lpips;
-use transfer::OlatPredictor;
+use transfer::{FineField, OlatPredictor};
 
 /// Frames that are timed: at least and at most so many, for no longer than this.
 const TIMED: std::ops::RangeInclusive<usize> = 3..=15;
@@ -212,8 +212,7 @@ pub fn measure(
     let mut timed = None;
     for index in 0..judge.count() {
         progress.check("What was measured before is kept")?;
-        let case = judge.case(&trained.variant, &trained.calibration, index)?;
-        let predicted = trained.predictor.predict_on_device(&case.frame)?;
+        let (case, predicted) = predicted_case(trained, judge, index)?;
         let field = keeper.keep(predicted, compute)?;
         field_bytes = field.bytes() as u64;
         for (number, weights) in weights.iter().enumerate() {
@@ -243,7 +242,7 @@ pub fn measure(
             olats.push(Pair::of(&case, pictures, truths.to_vec()));
         }
         if index == 0 {
-            let bases = judge.case(&base.variant, &base.calibration, index)?;
+            let (bases, _) = predicted_case(base, judge, index)?;
             let plain = Show::default();
             let mut timers = [
                 Timer::new(show, trained, compute, &case, &lit[0]),
@@ -354,6 +353,14 @@ fn shown(pairs: &[Pair]) -> Result<[Encoded; 2]> {
         encoded(&picture, &first.mask, (exposure * scale) as f32),
         encoded(&first.truths[0], &first.mask, exposure as f32),
     ])
+}
+
+/// A case whose plate has the exemplars' fine light, and its prediction.
+fn predicted_case(trained: &Trained, judge: &Judge, index: usize) -> Result<(Case, DeviceField)> {
+    let case = judge.case(&trained.variant, &trained.calibration, index)?;
+    let (predicted, fine) = trained.predictor.predict_fine(&case.frame)?;
+    let plate = case.plate.map(|plate| FineField::on(fine, plate));
+    Ok((Case { plate, ..case }, predicted))
 }
 
 /// What timing found.

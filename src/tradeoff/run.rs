@@ -274,7 +274,8 @@ impl<'a> Climb<'a> {
         let mark = self.train(rung, seed, &variant, &calibration, progress)?;
         let network = (rung.minutes > 0.0).then_some(&*mark);
         let device = &self.compute.device;
-        let mut predictor = OlatPredictor::open_at(&variant, &calibration, network, device)?;
+        let mut predictor = OlatPredictor::open_at(&variant, &calibration, network, device)?
+            .with_detail(&variant, &calibration)?;
         if let Some(pose) = self.judge.held_out() {
             predictor = predictor.without(pose);
         }
@@ -313,7 +314,7 @@ impl<'a> Climb<'a> {
         write_png(&pictures.join(&picture), &found.picture)?;
         let info = trained.predictor.network().map(Predictor::info);
         let parameters = info.map_or(0, |info| info.network.cost().parameters);
-        let exemplars = trained.predictor.transfer().bytes() as u64;
+        let exemplars = trained.predictor.bytes() as u64;
         let Found {
             timed,
             base_ms,

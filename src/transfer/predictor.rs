@@ -50,16 +50,8 @@ impl OlatPredictor {
         device: &Device,
     ) -> Result<Self> {
         let trained = project.checkpoint_path().exists();
-        let network = trained
-            .then(|| Predictor::open(project, device))
-            .transpose()?;
-        Ok(Self {
-            transfer,
-            network,
-            device: device.clone(),
-            detail: None,
-            beside: None,
-        })
+        let network = trained.then(|| Predictor::open(project, device));
+        Ok(Self::new(transfer, network.transpose()?, device))
     }
 
     /// Reads the exemplars, and the network of a checkpoint's folder if one is given.
@@ -73,13 +65,28 @@ impl OlatPredictor {
         device: &Device,
     ) -> Result<Self> {
         let network = checkpoint.map(|folder| Predictor::open_at(project, folder, device));
-        Ok(Self {
-            transfer: Arc::new(Transfer::open(project, calibration)?),
-            network: network.transpose()?,
+        let transfer = Arc::new(Transfer::open(project, calibration)?);
+        Ok(Self::new(transfer, network.transpose()?, device))
+    }
+
+    fn new(transfer: Arc<Transfer>, network: Option<Predictor>, device: &Device) -> Self {
+        Self {
+            transfer,
+            network,
             device: device.clone(),
             detail: None,
             beside: None,
-        })
+        }
+    }
+
+    /// The same exemplars corrected by another network, or by none.
+    #[must_use]
+    pub fn corrected_by(&self, network: Option<Predictor>) -> Self {
+        Self {
+            detail: self.detail.clone(),
+            beside: self.beside.clone(),
+            ..Self::new(self.transfer.clone(), network, &self.device)
+        }
     }
 
     /// The same with the exemplars as they were photographed, for pictures at the plate's size.
@@ -120,15 +127,6 @@ impl OlatPredictor {
         }
     }
 
-    /// The same without the network.
-    #[must_use]
-    pub fn alone(self) -> Self {
-        Self {
-            network: None,
-            ..self
-        }
-    }
-
     /// The project's network; None before any training.
     pub fn network(&self) -> Option<&Predictor> {
         self.network.as_ref()
@@ -137,6 +135,13 @@ impl OlatPredictor {
     /// The exemplars.
     pub fn transfer(&self) -> &Transfer {
         &self.transfer
+    }
+
+    /// Bytes of the exemplars in memory.
+    pub fn bytes(&self) -> usize {
+        let detail = self.detail.as_ref().and_then(|detail| detail.get());
+        let detail = detail.and_then(Option::as_ref);
+        self.transfer.bytes() + detail.map_or(0, ExemplarDetail::bytes)
     }
 
     /// A sentence on the source of the OLATs.

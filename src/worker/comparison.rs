@@ -46,8 +46,10 @@ pub enum ComparisonSource {
     Exemplar(usize),
     /// The true ones of the shown frame, in a folder as [`evaluation::Truth`] reads it.
     Truth(PathBuf),
-    /// Those that a network in this folder predicts.
+    /// Those of the exemplars carried over, corrected by the network in this folder.
     Checkpoint(PathBuf),
+    /// Those of the exemplars carried over alone.
+    Transfer,
 }
 
 /// The picture that others are compared with, as far as it decides how they look.

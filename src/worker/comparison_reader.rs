@@ -3,7 +3,6 @@
 use super::comparison::ComparisonSource;
 use super::source::Prediction;
 use base::error::Result;
-use calibration::Calibration;
 use compositor::{Field, Plate};
 use evaluation::Truth;
 use footage::{Exemplar, Frame};
@@ -13,22 +12,31 @@ use project::Project;
 use reflectance::{Predictor, ReflectanceField};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
+use transfer::{FineField, OlatPredictor};
 
 /// What is needed to read them.
 pub(super) struct ComparisonReader {
     project: Project,
     response: Response,
     compute: ComputeDevice,
-    /// The networks of the last checkpoints, which take a while to read: two can be compared.
-    networks: VecDeque<(PathBuf, Predictor)>,
+    /// Without a network.
+    transfer: OlatPredictor,
+    /// With the networks of the last checkpoints, which take a while to read: two can be compared.
+    networks: VecDeque<(PathBuf, OlatPredictor)>,
 }
 
 impl ComparisonReader {
-    pub fn new(project: &Project, calibration: &Calibration, compute: &ComputeDevice) -> Self {
+    pub fn new(
+        project: &Project,
+        response: Response,
+        predictor: &OlatPredictor,
+        compute: &ComputeDevice,
+    ) -> Self {
         Self {
             project: project.clone(),
-            response: calibration.response,
+            response,
             compute: compute.clone(),
+            transfer: predictor.corrected_by(None),
             networks: VecDeque::new(),
         }
     }
@@ -38,7 +46,10 @@ impl ComparisonReader {
         move |source, index| match source {
             ComparisonSource::Exemplar(pose) => self.exemplar(*pose, index),
             ComparisonSource::Truth(folder) => self.truth(folder, index),
-            ComparisonSource::Checkpoint(folder) => self.checkpoint(folder, index),
+            ComparisonSource::Checkpoint(folder) => {
+                self.predicted(|reader| reader.checkpoint(folder), index)
+            }
+            ComparisonSource::Transfer => self.predicted(|reader| Ok(&reader.transfer), index),
         }
     }
 
@@ -71,20 +82,33 @@ impl ComparisonReader {
         })
     }
 
-    fn checkpoint(&mut self, folder: &Path, index: usize) -> Result<Prediction> {
-        let (frame, plate) = self.frame(index)?;
+    fn checkpoint(&mut self, folder: &Path) -> Result<&OlatPredictor> {
         if self.networks.iter().all(|(of, _)| of != folder) {
             self.networks.truncate(1);
             let open = || Predictor::open_at(&self.project, folder, &self.compute.device);
-            let read = self.compute.guarded(open)?;
-            self.networks.push_front((folder.to_path_buf(), read));
+            let network = self.compute.guarded(open)?;
+            let predictor = self.transfer.corrected_by(Some(network));
+            self.networks.push_front((folder.to_path_buf(), predictor));
         }
-        let network = self.networks.iter().position(|(of, _)| of == folder);
-        let (_, network) = &self.networks[network.unwrap_or(0)];
-        let predicted = self.compute.guarded(|| network.predict(&frame))?;
+        let read = self.networks.iter().position(|(of, _)| of == folder);
+        Ok(&self.networks[read.unwrap_or(0)].1)
+    }
+
+    fn predicted(
+        &mut self,
+        by: impl FnOnce(&mut Self) -> Result<&OlatPredictor>,
+        index: usize,
+    ) -> Result<Prediction> {
+        let (frame, plate) = self.frame(index)?;
+        let compute = self.compute.clone();
+        let predictor = by(self)?;
+        let (predicted, fine) = compute.guarded(|| {
+            let (field, fine) = predictor.predict_fine(&frame)?;
+            Ok((field.read()?, fine))
+        })?;
         Ok(Prediction {
             frame,
-            plate: Some(plate),
+            plate: Some(FineField::on(fine, plate)),
             field: Field::from(predicted).halved(),
         })
     }

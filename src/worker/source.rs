@@ -131,7 +131,7 @@ pub fn open_project(
     let (project, response) = (project.clone(), calibration.response);
     // In f16 twice as many frames fit into memory.
     let mut encoder = FieldEncoder::default();
-    let comparisons = ComparisonReader::new(&project, &calibration, &compute);
+    let comparisons = ComparisonReader::new(&project, response, &predictor, &compute);
     Ok(Source {
         rig: calibration.rig,
         device: match predictor.network() {

@@ -3,6 +3,7 @@
 use super::training::trained_project;
 use super::{clay, clay_window, drag, picture, plain_drag, snapshot, until, until_shown, window};
 use afterlight::studio::{CompareMode, Pane, Reference, StudioApp, Workspace};
+use afterlight::worker::{Comparison, ComparisonSource};
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
 
@@ -135,11 +136,21 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
     window.get_by_label("Against step 100");
     snapshot(&mut window, "studio_checkpoints");
 
+    choose(
+        &mut window,
+        &["Against step 100", "Checkpoint", "No network"],
+    );
+    until(&mut window, "the exemplars alone", |app| {
+        let of = app.relit().unwrap().second.as_ref().map(|(of, _)| of);
+        of == Some(&Comparison::Olats(ComparisonSource::Transfer))
+    });
+    window.get_by_label("Against no network");
+
     choose(&mut window, &["First: step 200", "Interview frame"]);
     until(&mut window, "the plate", |app| {
         let relit = app.relit().unwrap();
         let first = relit.first.as_ref().map(|(of, _)| of);
-        first == Some(&afterlight::worker::Comparison::Plate) && relit.second.is_some()
+        first == Some(&Comparison::Plate) && relit.second.is_some()
     });
     choose(&mut window, &["First: interview frame", "Relit picture"]);
     until(&mut window, "the relit picture", |app| {

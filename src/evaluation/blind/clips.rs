@@ -181,7 +181,7 @@ fn maker(
                 opened = opened.with_detail(project, calibration)?;
             }
             if method == Method::Transfer {
-                opened = opened.alone();
+                opened = opened.corrected_by(None);
             }
             Ok(Maker::Prediction(Box::new(opened)))
         }

@@ -32,7 +32,7 @@ pub fn with_and_without_network(
 ) -> Result<[f64; 2]> {
     let mut reviewer = Reviewer::open(project, None, device)?;
     let with = reviewer.decibels(pose)?;
-    reviewer.predictor = reviewer.predictor.alone();
+    reviewer.predictor = reviewer.predictor.corrected_by(None);
     Ok([reviewer.decibels(pose)?, with])
 }
 

@@ -62,6 +62,7 @@ pub fn name(with: &Reference, context: &PanelContext) -> String {
             let kept = kept.find(|kept| kept.name == name);
             kept.map_or_else(|| format!("network {name}"), checkpoints::short)
         }
+        Reference::Transfer => "no network".to_owned(),
     }
 }
 
@@ -316,6 +317,10 @@ fn checkpoints_ui(
             }
             let with = Reference::Checkpoint(kept.folder(project));
             entry(ui, out, &text, with).on_hover_text(checkpoints::details(kept));
+        }
+        if !records.kept.is_empty() {
+            entry(ui, out, "No network", Reference::Transfer)
+                .on_hover_text("Exemplars carried over alone");
         }
     });
 }
