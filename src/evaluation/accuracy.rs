@@ -2,6 +2,7 @@
 
 use super::comparison::compare;
 use super::regions::RegionScore;
+use super::shadow_edges::ShadowEdges;
 use super::truth::Truth;
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -93,6 +94,9 @@ pub struct Scores {
     pub olat_psnr_by_frame_db: BTreeMap<usize, f64>,
     /// Frame → PSNR of the OLAT of each lamp, at the frame's exposure.
     pub olat_psnr_by_lamp_db: BTreeMap<usize, Vec<f64>>,
+    /// The OLATs at the edges of shadows, over all those frames.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub olat_shadow_edges: Option<ShadowEdges>,
     /// Median time in milliseconds in which the method makes a frame's OLATs; of one that makes none, a relit picture.
     #[serde(default)]
     pub frame_ms: Option<f64>,

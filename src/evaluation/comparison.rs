@@ -5,6 +5,7 @@ use super::exemplars::Nearest;
 use super::learnt::single_lamps;
 use super::metrics::{Compared, Psnr, encoded, psnr};
 use super::regions::{RegionScore, regions};
+use super::shadow_edges::shadow_edges;
 use super::truth::Truth;
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -158,6 +159,7 @@ impl Comparison {
             olat_psnr_db: None,
             olat_psnr_by_frame_db: BTreeMap::new(),
             olat_psnr_by_lamp_db: BTreeMap::new(),
+            olat_shadow_edges: None,
             frame_ms: times.get(times.len() / 2).copied(),
         };
         for (name, set) in &self.relit {
@@ -172,6 +174,7 @@ impl Comparison {
         if !self.olats.is_empty() {
             let found = psnr_of(&self.olats)?;
             scores.olat_psnr_db = Some(found.mean_db);
+            scores.olat_shadow_edges = shadow_edges(&compared(&self.olats), found.scale);
             let frames = || self.olats.iter().map(|m| m.frame);
             scores.olat_psnr_by_frame_db = frames().zip(found.frames_db).collect();
             scores.olat_psnr_by_lamp_db = frames().zip(found.pictures_db).collect();

@@ -69,6 +69,7 @@ mod tests {
             olat_psnr_db,
             olat_psnr_by_frame_db: BTreeMap::new(),
             olat_psnr_by_lamp_db: BTreeMap::new(),
+            olat_shadow_edges: None,
             frame_ms: Some(12.34),
         };
         let (a, b) = (scores("grace", Some(MAX_DECIBELS)), scores("pisa", None));

@@ -56,8 +56,8 @@ const UNTRAINED: [&str; 4] = ["nearest", "ratio", "transfer", "truth-olats"];
 struct Figures {
     /// Mean over environments and frames, and the worst environment's.
     relit: [f64; 2],
-    /// Mean over environments at shadow edges.
-    edges: f64,
+    /// OLATs at the edges of shadows.
+    edges: Option<f64>,
     /// Mean over frames, and the worst frame's; None of a method whose OLATs are the truth.
     olats: Option<[f64; 2]>,
 }
@@ -88,8 +88,8 @@ fn main() -> ExitCode {
 fn run(options: &Options) -> Result<()> {
     let mut page = String::from(
         "# Panel\n\nPredictions on shoots unlike each other, before any training and after it, written by `make panel`. PSNR in decibels, \
-         higher is better, on frames that no exemplar shows and no training sees: mean and worst environment, shadow edges under all \
-         environments, mean and worst frame of the OLATs. `truth-olats` is the limit: the sum of the true OLATs. `prediction` is the transfer, \
+         higher is better, on frames that no exemplar shows and no training sees: mean and worst environment, mean and worst \
+         frame of the OLATs, OLATs at the edges of shadows. `truth-olats` is the limit: the sum of the true OLATs. `prediction` is the transfer, \
          corrected by the network; `network` is the network alone. Training goes on from one length to the next.\n",
     );
     let mut all = Vec::new();
@@ -101,7 +101,7 @@ fn run(options: &Options) -> Result<()> {
     for (Shoot { name, .. }, rows) in all {
         let _ = write!(
             page,
-            "\n## {name}\n\n| method | relit, mean | relit, worst | edges | OLATs, mean | OLATs, worst |\n|---|---:|---:|---:|---:|---:|\n"
+            "\n## {name}\n\n| method | relit, mean | relit, worst | OLATs, mean | OLATs, worst | edges |\n|---|---:|---:|---:|---:|---:|\n"
         );
         for Row { method, figures } in rows {
             let [mean, worst] = figures.relit;
@@ -110,10 +110,12 @@ fn run(options: &Options) -> Result<()> {
                 .map_or("exact | ".to_owned(), |[mean, worst]| {
                     format!("{mean:.1} | {worst:.1}")
                 });
-            let edges = figures.edges;
+            let edges = figures
+                .edges
+                .map_or("–".to_owned(), |db| format!("{db:.1}"));
             let _ = writeln!(
                 page,
-                "| {method} | {mean:.1} | {worst:.1} | {edges:.1} | {olats} |"
+                "| {method} | {mean:.1} | {worst:.1} | {olats} | {edges} |"
             );
         }
     }
@@ -123,7 +125,7 @@ fn run(options: &Options) -> Result<()> {
 /// A table of each method's means over given and over made-up shoots, and its worst shoot.
 fn means(all: &[(Shoot, Vec<Row>)]) -> String {
     let mut text = String::from(
-        "\n## All shoots\n\nRelit / edges / OLATs, means over shoots.\n\n| method | people | made-up shoots | worst shoot |\n|---|---|---|---|\n",
+        "\n## All shoots\n\nRelit / OLATs / OLATs at the edges of shadows, means over shoots.\n\n| method | people | made-up shoots | worst shoot |\n|---|---|---|---|\n",
     );
     let methods = all.first().map_or(&[][..], |(_, rows)| rows);
     for method in methods.iter().map(|row| &row.method) {
@@ -132,7 +134,11 @@ fn means(all: &[(Shoot, Vec<Row>)]) -> String {
             let olats = row.figures.olats.map_or(f64::NAN, |[mean, _]| mean);
             Some((
                 shoot.given,
-                [row.figures.relit[0], row.figures.edges, olats],
+                [
+                    row.figures.relit[0],
+                    olats,
+                    row.figures.edges.unwrap_or(f64::NAN),
+                ],
             ))
         };
         let found: Vec<(bool, [f64; 3])> = all.iter().filter_map(of).collect();
@@ -288,13 +294,6 @@ fn figures(found: &Value, method: &str) -> Result<Figures> {
         .as_object()
         .ok_or_else(missing)?;
     let frames: Vec<f64> = frames.values().filter_map(Value::as_f64).collect();
-    let edges = |regions: &Value| {
-        let mut regions = regions.as_array()?.iter();
-        let edge = regions.find(|region| region["region"] == "edge")?;
-        edge["psnr_db"].as_f64()
-    };
-    let regions = found["relit_regions"].as_object().ok_or_else(missing)?;
-    let edges: Vec<f64> = regions.values().filter_map(edges).collect();
     let both = |values: &[f64]| {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         [mean, values.iter().copied().fold(f64::INFINITY, f64::min)]
@@ -305,7 +304,9 @@ fn figures(found: &Value, method: &str) -> Result<Figures> {
     let olats = (method != "truth-olats" && !frames.is_empty()).then(|| both(&frames));
     Ok(Figures {
         relit: both(&relit),
-        edges: both(&edges)[0],
+        edges: found["olat_shadow_edges"]["psnr_db"]
+            .as_f64()
+            .filter(|_| olats.is_some()),
         olats,
     })
 }

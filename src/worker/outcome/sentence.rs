@@ -153,6 +153,9 @@ pub(super) fn evaluated(report: &EvaluateReport) -> String {
     let olats = scores
         .olat_psnr_db
         .map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
+    let edges = scores.olat_shadow_edges.map_or(String::new(), |edges| {
+        format!(", {:.2} dB at the edges of shadows", edges.psnr_db)
+    });
     let frames: Vec<String> = scores.frames.iter().map(ToString::to_string).collect();
     let (relit, frames) = (relit.join(", "), frames.join(", "));
     let flicker = report
@@ -166,7 +169,7 @@ pub(super) fn evaluated(report: &EvaluateReport) -> String {
         }
         _ => String::new(),
     };
-    format!("{method}: {relit}{olats}; frames {frames}{learnt}{flicker}")
+    format!("{method}: {relit}{olats}{edges}; frames {frames}{learnt}{flicker}")
 }
 
 pub(super) fn reviewed(report: &ReviewReport) -> String {
