@@ -1,4 +1,4 @@
-//! The methods that the network is compared with, and the network's pictures beside theirs.
+//! The methods that the prediction is compared with, and its pictures beside theirs.
 
 use crate::kept::Kept;
 use crate::shoots::{Source, minutes};
@@ -8,10 +8,11 @@ use std::path::PathBuf;
 use tradeoff::{Knob, Ledger};
 
 /// As `evaluate --with` names them, in the order of the page.
-pub const METHODS: [&str; 6] = [
+pub const METHODS: [&str; 7] = [
     "nearest",
     "ratio",
     "harmonics",
+    "transfer",
     "texler",
     "sun",
     "truth-olats",
@@ -145,7 +146,7 @@ pub fn all(options: &Options, source: &Source, ladder: &Ledger) -> Vec<Scored> {
     found
 }
 
-/// The network of the rung that was trained for so many minutes with the first seed, evaluated with its pictures: the project
+/// The prediction of the rung that was trained for so many minutes with the first seed, with its pictures: the project
 /// takes the rung over for that. Measured once; None if there is no such rung, or no time for it.
 ///
 /// # Errors
@@ -172,7 +173,7 @@ pub fn network(
         return Ok(None);
     };
     let learnt = Some((seed, wanted));
-    let name = name("network", learnt);
+    let name = name("prediction", learnt);
     let path = source.work.join(format!("{name}.json"));
     let pictures = source.work.join(&name);
     let kept = match (Kept::read(&path), clock) {
@@ -181,7 +182,7 @@ pub fn network(
             let project = source.project();
             let project = project.to_string_lossy();
             options.afterlight(&["tradeoff", &project, "--apply", &rung.name])?;
-            score(options, source, "network", learnt)?;
+            score(options, source, "prediction", learnt)?;
             let Some(kept) = Kept::read(&path) else {
                 return Ok(None);
             };
@@ -190,7 +191,7 @@ pub fn network(
         _ => return Ok(None),
     };
     Ok(Some(Scored {
-        method: "network",
+        method: "prediction",
         learnt,
         kept,
         pictures,

@@ -232,7 +232,7 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
         let figure = |figure: Option<Figure>, digits| {
             figure.map_or("–".to_owned(), |figure| figure.text(digits))
         };
-        text += "| **network** |";
+        text += "| **prediction** |";
         for name in &environments {
             let db = step.figure(|m| {
                 let found = m.relit_psnr_db.iter().find(|(of, _)| of == name);
@@ -258,6 +258,7 @@ pub fn words(method: &str) -> &str {
         "nearest" => "nearest exemplar pose",
         "ratio" => "ratio image",
         "harmonics" => "ratio image of order-2 harmonics (Fyffe 2011)",
+        "transfer" => "exemplars carried over",
         "texler" => "patch-based training (Texler 2020)",
         "sun" => "portrait relighting (Sun 2019)",
         "truth-olats" => "true OLATs: the rig's limit",

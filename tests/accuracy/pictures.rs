@@ -15,11 +15,11 @@ pub const NAME: &str = "pictures.md";
 
 const HEAD: &str = "# Which method wins where
 
-This page shows the network beside the truth and the other methods of [accuracy.md](../accuracy.md), on the same frames, in the
+This page shows the prediction beside the truth and the other methods of [accuracy.md](../accuracy.md), on the same frames, in the
 same light. `make accuracy` writes it, its pictures and its sentences from what it measured.
 
 Pictures are as they are compared: the measure's exposure and codes, over black. In each light there are the frames in which
-the network is nearest to the truth and farthest from it. Under each picture is its difference from the truth, four times, about
+the prediction is nearest to the truth and farthest from it. Under each picture is its difference from the truth, four times, about
 grey. The best picture of a row is framed; the rig's limit (true OLATs) does not take part.
 
 Tables have the PSNR in each region of the subject, in decibels, over all frames of the truth, and in brackets the region's share
@@ -31,7 +31,7 @@ overlaps another. The best is bold. The limit is known of frames alone whose tru
 /// What of the limit can be gained is only said beyond this, in decibels.
 const TELLING: f64 = 0.05;
 
-/// Writes the page and its sheets into the folder, for the shoots whose network was compared. No page is written if there is none.
+/// Writes the page and its sheets into the folder, for the shoots whose prediction was compared. No page is written if there is none.
 ///
 /// # Errors
 /// When a picture is missing, or a file cannot be written.
@@ -46,7 +46,7 @@ pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
         let file = shoot.elsewhere.as_deref().unwrap_or(folder).join(&name);
         sheet::write(&file, &compared)?;
         let shown = match shoot.elsewhere {
-            None => format!("![Truth, network and methods]({name})"),
+            None => format!("![Truth, prediction and methods]({name})"),
             Some(_) => format!(
                 "Its pictures belong to others and are not shown here: `make accuracy` writes them to `{}`.",
                 file.display()
@@ -150,7 +150,7 @@ fn cells(compared: &[&Scored]) -> Vec<Cell> {
     cells
 }
 
-/// Who wins where, and where the network is farthest from the limit.
+/// Who wins where, and where the prediction is farthest from the limit.
 fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
     let wins = |number: usize| {
         cells
@@ -158,7 +158,7 @@ fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
             .filter(move |cell| cell.best(compared) == Some(number))
     };
     let mut found = vec![format!(
-        "Of {} regions and lights, the network is nearest to the truth in {}.",
+        "Of {} regions and lights, the prediction is nearest to the truth in {}.",
         cells.len(),
         wins(0).count()
     )];
@@ -167,7 +167,7 @@ fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
             .map(|cell| {
                 let db = |number: usize| cell.reached[number].unwrap_or(f64::NAN);
                 format!(
-                    "{} under {} ({:.1} dB, the network {:.1})",
+                    "{} under {} ({:.1} dB, the prediction {:.1})",
                     cell.region,
                     cell.environment,
                     db(number),
@@ -198,7 +198,7 @@ fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
     });
     if let Some((db, cell)) = behind.filter(|(db, _)| *db > TELLING) {
         found.push(format!(
-            "The network is farthest from the rig's limit in {} under {}: {db:.1} dB.",
+            "The prediction is farthest from the rig's limit in {} under {}: {db:.1} dB.",
             cell.region, cell.environment
         ));
     }
@@ -262,7 +262,7 @@ mod tests {
             }
         };
         let all = [
-            method("network", 31.0, 24.0),
+            method("prediction", 31.0, 24.0),
             method("ratio", 28.0, 25.5),
             method("truth-olats", 36.0, 31.0),
         ];
@@ -271,8 +271,8 @@ mod tests {
         let sentences = sentences(&all, &cells).join(" ");
         assert_eq!(
             sentences,
-            "Of 2 regions and lights, the network is nearest to the truth in 1. Ratio image wins in edge under nave (25.5 dB, the \
-             network 24.0). The network is farthest from the rig's limit in edge under nave: 7.0 dB."
+            "Of 2 regions and lights, the prediction is nearest to the truth in 1. Ratio image wins in edge under nave (25.5 dB, the \
+             prediction 24.0). The prediction is farthest from the rig's limit in edge under nave: 7.0 dB."
         );
         let table = table(&all, &cells);
         assert!(
