@@ -21,7 +21,7 @@ pub(crate) const DESPILL: Descriptor = Descriptor {
         let screen = context.facts.spill.map(|spill| spill.screen);
         key((context.effects.despill.to_bits(), screen))
     },
-    reads: |_, planned| key_of(planned, Pass::Relight),
+    reads: |_, planned| key_of(planned, Pass::Plate),
     shader: Some(&SHADER),
     ..Descriptor::new(Pass::Despill, |context| {
         context.asked(Pass::Despill)?;

@@ -180,8 +180,9 @@ impl FineLight for Columns {
         true
     }
 
-    fn ratio(&self, _: &[[f32; 3]]) -> Option<Image> {
-        let column = |x: usize, _| [if x.is_multiple_of(3) { 0.5 } else { 0.0 }; 3];
+    fn ratio(&self, weights: &[[f32; 3]]) -> Option<Image> {
+        let light: f32 = weights.iter().map(|weight| weight[1]).sum();
+        let column = |x: usize, _| [if x.is_multiple_of(3) { light } else { 0.0 }; 3];
         Some(Image::from_fn(320, 401, column))
     }
 
