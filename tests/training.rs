@@ -634,7 +634,7 @@ fn steadiness_makes_light_depend_less_on_where_the_subject_is() {
     let [free, steady] = [0.0, 20.0].map(|steadiness| {
         let (project, calibration) = project(folder.path(), &format!("{steadiness}"));
         let config = TrainingConfig {
-            epochs: 30,
+            epochs: 120,
             steadiness,
             ..small()
         };
