@@ -443,6 +443,14 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
                 })
                 .collect();
             let small = ReflectanceField::from_olats(&small);
+            // The truth has units of its own: the exemplars' fine light is in those of the plate.
+            let interview = calibration.learnt_light();
+            let own = relight(&small, &interview, &lit_lamps(&interview));
+            let light = |image: &Image| -> f32 {
+                let pixels = image.pixels.iter().zip(&frame.mask.pixels);
+                pixels.map(|(pixel, alpha)| alpha * pixel[1]).sum()
+            };
+            let units = light(&own) / light(&frame.plate);
             for (e, (name, weights)) in environments.iter().enumerate() {
                 let lit = lit_lamps(weights);
                 let mut relit = relight(&small, weights, &lit);
@@ -453,7 +461,8 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
                 }
                 let mut covered = relit.clone();
                 cover(&mut covered, &frame.mask);
-                let mut finely = finely_lit.relit_by(&covered, &frame.mask, weights);
+                let scaled: Vec<_> = (weights.iter()).map(|w| w.map(|w| w * units)).collect();
+                let mut finely = finely_lit.relit_by(&covered, &frame.mask, &scaled);
                 uncover(&mut finely, &shot.plate.matte);
                 pictures[METHODS.len()][e].push(finely);
                 pictures[METHODS.len() + 1][e].push(relight(&full, weights, &lit));
