@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 
 /// Slope of the measure's code over the picture's longer side from which a lamp's truth has an edge there.
 const STEEP: f32 = 8.4;
-/// How much steeper an edge has to be than the mean of the lamps is there.
+/// Steepness of an edge over that of the lamps' mean there, at least.
 const OWN: f32 = 2.0;
 /// Edges are looked for farther from the matte's edge than this share of the picture's longer side.
 const INNER: f64 = 1.0 / 40.0;
 
-/// How near OLATs are to the truth at the edges of shadows.
+/// OLATs beside the truth at the edges of shadows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShadowEdges {
     /// Their share of the pixels, over all lamps, away from the subject's outline.

@@ -268,3 +268,33 @@ fn a_checkpoint_is_read_whole_while_another_program_replaces_it() {
         measured: format!("{reads} reads beside {saves} saves")
     );
 }
+
+#[test]
+fn a_packed_network_is_small_and_keeps_its_steps() {
+    let (folder, to) = (saved(), tempfile::tempdir().unwrap());
+    let packed = pack(folder.path(), to.path()).unwrap();
+    let (read, network) = load(to.path(), &Device::flex()).unwrap();
+    assert_eq!((packed.step, read.step, read.seconds), (7, 7, 1.0));
+    assert!(!has_optimizer(to.path()).unwrap());
+    let (_, whole) = load(folder.path(), &Device::flex()).unwrap();
+    let bytes = std::fs::metadata(to.path().join(PACKED_WEIGHTS))
+        .unwrap()
+        .len();
+    let whole_bytes = weight_bytes(&whole).unwrap().len() as u64;
+    assert!(bytes < whole_bytes * 7 / 10, "{bytes} of {whole_bytes}");
+    let input = || burn::tensor::Tensor::<4>::full([1, 3, 16, 16], 0.3, &Device::flex());
+    let [a, b] = [whole, network].map(|network| {
+        network
+            .forward(input())
+            .into_data()
+            .convert::<f32>()
+            .try_to_vec::<f32>()
+            .unwrap()
+    });
+    let apart = a
+        .iter()
+        .zip(&b)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f32::max);
+    assert!(apart < 2e-3, "{apart}");
+}

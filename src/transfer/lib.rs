@@ -2,6 +2,7 @@
 //! and their sources.
 
 mod beside;
+mod blend;
 mod blur;
 mod contrast;
 mod detail;
@@ -11,11 +12,13 @@ mod lamps;
 mod matching;
 mod places;
 mod predictor;
+mod said;
 mod shape;
 mod target;
 mod transfer;
 mod turn;
 
+pub use beside::Matched;
 pub use detail::{ExemplarDetail, FineField, SharedDetail};
 pub use places::Place;
 pub use predictor::OlatPredictor;

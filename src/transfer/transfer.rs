@@ -46,18 +46,10 @@ pub struct Pose {
 /// pixel by pixel by how well their prediction explains the frame. The blend sums to the frame under the interview's light.
 #[derive(Clone, Debug)]
 pub struct Transfer {
-    poses: Vec<Arc<Pose>>,
+    pub(crate) poses: Vec<Arc<Pose>>,
     pub(crate) lamps: Lamps,
     /// The interview's light as a sum of the lamps, exposure included.
     pub(crate) weights: Vec<[f32; 3]>,
-}
-
-/// A frame and its places in the exemplars.
-#[derive(Clone, Debug)]
-pub struct Matched {
-    pub(crate) frame: Frame,
-    /// Of each exemplar, as [`crate::Place::offsets`].
-    pub(crate) offsets: Vec<Vec<[f32; 2]>>,
 }
 
 /// A frame's OLATs, carried over.
@@ -149,28 +141,6 @@ impl Transfer {
         let target = Target::new(frame, self);
         let said = |pose: &Arc<Pose>| target.said(pose, target.found(pose));
         target.blended(self.poses.par_iter().map(said).collect())
-    }
-
-    /// Finds a frame in the exemplars.
-    pub fn matched(&self, frame: &Frame) -> Matched {
-        let target = Target::new(frame, self);
-        let found = |pose: &Arc<Pose>| target.found(pose);
-        Matched {
-            frame: frame.clone(),
-            offsets: self.poses.par_iter().map(found).collect(),
-        }
-    }
-
-    /// [`Self::carry`], with what frames before and after the frame say of its places in the exemplars.
-    pub fn carry_beside(&self, frame: &Matched, beside: &[Arc<Matched>]) -> Carried {
-        let target = Target::new(&frame.frame, self);
-        let offsets = target.steadied(frame, beside);
-        let poses = self.poses.par_iter().zip(offsets);
-        target.blended(
-            poses
-                .map(|(pose, offsets)| target.said(pose, offsets))
-                .collect(),
-        )
     }
 
     /// How far each pixel of a frame is from another frame that is matched with it, as [`Carried::unlike`]; more where the other

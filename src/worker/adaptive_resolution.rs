@@ -1,4 +1,4 @@
-//! How large pictures are while something moves: as large as can be made within a frame of the window.
+//! The size of pictures while something moves: as large as can be made within a frame of the window.
 
 use super::PredictedFrame;
 use compositor::{Field, Plate, Reuse};

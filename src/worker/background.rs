@@ -69,7 +69,7 @@ impl<R: Request> Background<R> {
         }
     }
 
-    /// Whether such a request waits.
+    /// True if such a request waits.
     #[cfg(test)]
     pub fn waits(&self, is_it: impl Fn(&R) -> bool) -> bool {
         self.mailbox.waits(is_it)

@@ -1,4 +1,4 @@
-//! Reads the OLATs that a frame is compared with: photographs, a truth, or those of another network.
+//! Reads the OLATs that a frame is compared with: photographs, a truth, or predictions with another network or none.
 
 use super::comparison::ComparisonSource;
 use super::source::Prediction;
@@ -12,6 +12,7 @@ use project::Project;
 use reflectance::{Predictor, ReflectanceField};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use transfer::{FineField, OlatPredictor};
 
 /// What is needed to read them.
@@ -22,7 +23,7 @@ pub(super) struct ComparisonReader {
     /// Without a network.
     transfer: OlatPredictor,
     /// With the networks of the last checkpoints, which take a while to read: two can be compared.
-    networks: VecDeque<(PathBuf, OlatPredictor)>,
+    networks: VecDeque<(PathBuf, Arc<OlatPredictor>)>,
 }
 
 impl ComparisonReader {
@@ -47,9 +48,10 @@ impl ComparisonReader {
             ComparisonSource::Exemplar(pose) => self.exemplar(*pose, index),
             ComparisonSource::Truth(folder) => self.truth(folder, index),
             ComparisonSource::Checkpoint(folder) => {
-                self.predicted(|reader| reader.checkpoint(folder), index)
+                let predictor = self.checkpoint(folder)?;
+                self.predicted(&predictor, index)
             }
-            ComparisonSource::Transfer => self.predicted(|reader| Ok(&reader.transfer), index),
+            ComparisonSource::Transfer => self.predicted(&self.transfer, index),
         }
     }
 
@@ -82,27 +84,22 @@ impl ComparisonReader {
         })
     }
 
-    fn checkpoint(&mut self, folder: &Path) -> Result<&OlatPredictor> {
-        if self.networks.iter().all(|(of, _)| of != folder) {
-            self.networks.truncate(1);
-            let open = || Predictor::open_at(&self.project, folder, &self.compute.device);
-            let network = self.compute.guarded(open)?;
-            let predictor = self.transfer.corrected_by(Some(network));
-            self.networks.push_front((folder.to_path_buf(), predictor));
+    fn checkpoint(&mut self, folder: &Path) -> Result<Arc<OlatPredictor>> {
+        if let Some((_, read)) = self.networks.iter().find(|(of, _)| of == folder) {
+            return Ok(read.clone());
         }
-        let read = self.networks.iter().position(|(of, _)| of == folder);
-        Ok(&self.networks[read.unwrap_or(0)].1)
+        let open = || Predictor::open_at(&self.project, folder, &self.compute.device);
+        let network = self.compute.guarded(open)?;
+        let predictor = Arc::new(self.transfer.corrected_by(Some(network)));
+        self.networks.truncate(1);
+        self.networks
+            .push_front((folder.to_path_buf(), predictor.clone()));
+        Ok(predictor)
     }
 
-    fn predicted(
-        &mut self,
-        by: impl FnOnce(&mut Self) -> Result<&OlatPredictor>,
-        index: usize,
-    ) -> Result<Prediction> {
+    fn predicted(&self, predictor: &OlatPredictor, index: usize) -> Result<Prediction> {
         let (frame, plate) = self.frame(index)?;
-        let compute = self.compute.clone();
-        let predictor = by(self)?;
-        let (predicted, fine) = compute.guarded(|| {
+        let (predicted, fine) = self.compute.guarded(|| {
             let (field, fine) = predictor.predict_fine(&frame)?;
             Ok((field.read()?, fine))
         })?;

@@ -73,7 +73,7 @@ impl<R: Request> Mailbox<R> {
         self.waiting.lock().requests.pop_front()
     }
 
-    /// Whether such a request waits.
+    /// True if such a request waits.
     #[cfg(test)]
     pub fn waits(&self, is_it: impl Fn(&R) -> bool) -> bool {
         self.waiting.lock().requests.iter().any(is_it)

@@ -64,7 +64,7 @@ pub struct PreviewPicture {
     pub environment: String,
     pub width: usize,
     pub height: usize,
-    /// How many pixels along each axis were lit as one, while something moved; 1 in a picture that stays.
+    /// Pixels along each axis that were lit as one, while something moved; 1 in a picture that stays.
     pub coarse: usize,
     /// Light finer than the working size was left out, because something moved.
     pub draft: bool,
@@ -134,7 +134,7 @@ pub(super) struct PreviewInputs {
     pub predicted: Arc<PredictedFrame>,
     /// The OLATs of the two pictures to compare, as far as they were found.
     pub olats: [Option<Arc<PredictedFrame>>; 2],
-    /// How many pixels along each axis may be lit as one.
+    /// Pixels along each axis that may be lit as one.
     pub coarse: usize,
     /// Light finer than the working size may be left out.
     pub draft: bool,
@@ -143,7 +143,7 @@ pub(super) struct PreviewInputs {
 }
 
 impl PreviewInputs {
-    /// Whether a picture made of these is the one that `other` asks for, as sharp; it may have to be read.
+    /// True if a picture made of these is the one that `other` asks for, as sharp; it may have to be read.
     pub fn serves(&self, other: &Self) -> bool {
         let olats = |inputs: &Self| {
             let each = inputs.olats.each_ref();

@@ -61,7 +61,7 @@ impl PreviewMaker {
         &self.rig
     }
 
-    /// How coarse the next picture is while something moves: see [`PreviewInputs::coarse`].
+    /// [`PreviewInputs::coarse`] of the next picture while something moves.
     pub fn coarse(&self) -> usize {
         self.resolution.factor()
     }

@@ -31,7 +31,7 @@ pub(super) struct Relighter<Tell> {
     network: Arc<Mailbox<NetworkRequest>>,
     pictures: Arc<Latest<Arc<PreviewPicture>>>,
     tell: Tell,
-    /// What a picture may take in milliseconds while something moves.
+    /// Milliseconds that a picture may take while something moves.
     budget_ms: f64,
     /// How long a drag has to rest, see [`STILL`].
     still: Duration,

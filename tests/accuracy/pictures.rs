@@ -150,7 +150,7 @@ fn cells(compared: &[&Scored]) -> Vec<Cell> {
     cells
 }
 
-/// Who wins where, and where the prediction is farthest from the limit.
+/// The best method of each region, and the prediction's largest distance from the limit.
 fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
     let wins = |number: usize| {
         cells

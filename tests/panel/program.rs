@@ -125,7 +125,7 @@ fn run(options: &Options) -> Result<()> {
 /// A table of each method's means over given and over made-up shoots, and its worst shoot.
 fn means(all: &[(Shoot, Vec<Row>)]) -> String {
     let mut text = String::from(
-        "\n## All shoots\n\nRelit / OLATs / OLATs at the edges of shadows, means over shoots.\n\n| method | people | made-up shoots | worst shoot |\n|---|---|---|---|\n",
+        "\n## All shoots\n\nRelit / OLATs / OLATs at the edges of shadows, means over shoots.\n\n| method | given shoots | made-up shoots | worst shoot |\n|---|---|---|---|\n",
     );
     let methods = all.first().map_or(&[][..], |(_, rows)| rows);
     for method in methods.iter().map(|row| &row.method) {

@@ -1,0 +1,147 @@
+//! One exemplar's prediction of a frame.
+
+use crate::lamps::{Lamps, TurnedLamps};
+use crate::matching::Match;
+use crate::target::Target;
+use crate::transfer::Pose;
+use crate::turn::turn_degrees;
+use imaging::color::luminance;
+use imaging::{Mask, Raster};
+use rayon::prelude::*;
+use reflectance::kernels::chunks::vectorized;
+
+/// Width of the likeness, as a natural logarithm of light.
+const LIKENESS: f32 = 0.08;
+/// Width in degrees of the blend between poses.
+const POSE: f32 = 12.0;
+/// Least likeness, coverage and weight of a pose: they keep a blend defined where no exemplar is like the frame.
+const LEAST_LIKENESS: f32 = 1e-4;
+const LEAST_COVERAGE: f32 = 0.01;
+const LEAST_POSE: f32 = 1e-9;
+/// Pixels that a thread predicts at a time.
+pub const PIXELS: usize = 128;
+
+/// An exemplar's prediction of the frame.
+pub struct Said {
+    /// Roots of the OLATs, exact under the interview's light: `roots[(i · 3 + channel) · stride + lamp]` of the pixel
+    /// `Target::pixels[i]`.
+    pub roots: Vec<f32>,
+    /// The lamps of the frame as those of the exemplar.
+    pub turned: TurnedLamps,
+    /// As [`Match::offsets`].
+    pub offsets: Vec<[f32; 2]>,
+    /// Number of the pose.
+    pub number: usize,
+    /// As [`Carried::unlike`], of this exemplar.
+    pub unlike: Mask,
+    /// Weight of the prediction in each pixel, by likeness and coverage.
+    pub like: Mask,
+    /// Weight of the pose by its turn.
+    pub pose: f32,
+}
+
+impl Target<'_> {
+    /// The prediction of an exemplar in which the frame has these offsets.
+    pub fn said(&self, pose: &Pose, offsets: Vec<[f32; 2]>) -> Said {
+        let lamps = &self.transfer.lamps;
+        let found = self.matched(pose, offsets);
+        let turned = lamps.turned(&found.turn);
+        let (mut roots, lit) = self.predicted(pose, &turned, &found);
+        let stride = lamps.stride;
+        for ((roots, lit), &p) in roots
+            .chunks_exact_mut((3 * stride).max(1))
+            .zip(&lit)
+            .zip(&self.pixels)
+        {
+            for (c, roots) in roots.chunks_exact_mut(stride).enumerate() {
+                let scale = (self.frame.plate.pixels[p][c].max(0.0) / lit[c].max(self.dark)).sqrt();
+                roots.iter_mut().for_each(|root| *root *= scale);
+            }
+        }
+        let coverage = found.pulled(&pose.mask);
+        let unlike = self.unlike(&self.spread(&lit).map(luminance), &coverage);
+        let like = |(unlike, coverage): (&f32, &f32)| {
+            // Coverage has a part of its own.
+            let miss = unlike - (1.0 - coverage);
+            let likeness = gaussian(miss, LIKENESS) + LEAST_LIKENESS;
+            likeness * (LEAST_COVERAGE + coverage)
+        };
+        let (width, height) = self.plate.size();
+        let like = Raster {
+            width,
+            height,
+            pixels: (unlike.pixels.iter().zip(&coverage.pixels))
+                .map(like)
+                .collect(),
+        };
+        Said {
+            number: pose.number,
+            unlike,
+            roots,
+            turned,
+            offsets: found.offsets,
+            like,
+            pose: gaussian(turn_degrees(&found.turn), POSE) + LEAST_POSE,
+        }
+    }
+
+    /// Roots of the OLATs that the pose alone predicts, as [`Said::roots`], and their sums under the interview's light.
+    pub fn predicted(
+        &self,
+        pose: &Pose,
+        turned: &TurnedLamps,
+        found: &Match,
+    ) -> (Vec<f32>, Vec<[f32; 3]>) {
+        let (lamps, weights) = (&self.transfer.lamps, &self.transfer.weights);
+        let stride = lamps.stride;
+        let (energies, weights) = (
+            by_channel(lamps, &lamps.energies),
+            by_channel(lamps, weights),
+        );
+        let mut roots = vec![0.0; self.pixels.len() * 3 * stride];
+        let mut lit = vec![[0.0; 3]; self.pixels.len()];
+        let width = found.size.0;
+        roots
+            .par_chunks_mut((PIXELS * 3 * stride).max(1))
+            .zip(lit.par_chunks_mut(PIXELS))
+            .zip(self.pixels.par_chunks(PIXELS))
+            .for_each(|((roots, lit), pixels)| {
+                let (mut wanted, mut pulled) = (vec![0.0; stride], vec![0.0; 3 * stride]);
+                let (energies, weights) = (&energies, &weights);
+                vectorized(
+                    #[inline(always)]
+                    || {
+                        for (i, &p) in pixels.iter().enumerate() {
+                            let places = found.place((p % width, p / width));
+                            turned.shade(pose.normal(places), &mut wanted);
+                            pose.bare.pull(places, &mut pulled);
+                            for c in 0..3 {
+                                let out = &mut roots[(3 * i + c) * stride..][..stride];
+                                turned.blend(&pulled[c * stride..][..stride], out);
+                                let mut sum = 0.0;
+                                let lamps = wanted.iter().zip(&energies[c]).zip(&weights[c]);
+                                for (root, ((wanted, energy), weight)) in out.iter_mut().zip(lamps)
+                                {
+                                    let scale = wanted * energy;
+                                    sum += weight * scale * *root * *root;
+                                    *root *= scale.sqrt();
+                                }
+                                lit[i][c] = sum;
+                            }
+                        }
+                    },
+                );
+            });
+        (roots, lit)
+    }
+}
+
+/// 1 at 0, e^−½ at `width`.
+pub fn gaussian(v: f32, width: f32) -> f32 {
+    (-0.5 * (v / width).powi(2)).exp()
+}
+
+/// Values of lamps, channel by channel, padded.
+pub fn by_channel(lamps: &Lamps, values: &[[f32; 3]]) -> [Vec<f32>; 3] {
+    std::array::from_fn(|c| lamps.padded(values.iter().map(|value| value[c])))
+}
