@@ -145,6 +145,23 @@ impl Correction {
     }
 }
 
+/// Share of the head in each place, from 0 to 1, by the matte alone: it fades out at the neck. Without a neck above shoulders, all
+/// of the subject is head.
+pub fn head_share(matte: &Mask) -> Mask {
+    let half: Vec<f32> = (0..matte.height)
+        .map(|y| extent(matte, y).map_or(0.0, |[left, right]| 0.5 * (right - left)))
+        .collect();
+    let (neck, widest) = neck(&half);
+    let fade = (0.5 * widest).max(1.0);
+    let above = |y: usize| ((neck as f32 - y as f32) / fade + 0.5).clamp(0.0, 1.0);
+    let all = neck >= matte.height;
+    Raster::from_fn(
+        matte.width,
+        matte.height,
+        |_, y| if all { 1.0 } else { above(y) },
+    )
+}
+
 /// How much of the face's shift each place takes part in when the head turns, from 0 to 1, by the matte alone: depth as
 /// if each row of the head were the front of an ellipse, fading out at the neck. Without a neck above shoulders, all of
 /// the subject counts as head.
@@ -249,6 +266,25 @@ mod tests {
             };
             f32::from(off < half)
         })
+    }
+
+    #[test]
+    fn a_head_ends_at_the_neck_and_without_one_all_is_head() {
+        let share = head_share(&bust());
+        for (y, expected) in [(0, 1.0), (20, 1.0), (50, 0.0), (63, 0.0)] {
+            assert_eq!(share.at(31, y), expected, "row {y}");
+        }
+        assert!(
+            (33..38).any(|y| (0.2..0.8).contains(&share.at(31, y))),
+            "the neck"
+        );
+        assert!((1..64).all(|y| share.at(31, y) <= share.at(31, y - 1)));
+        let ball = Raster::from_fn(64, 64, |x, y| {
+            f32::from((x as f32 - 31.5).hypot(y as f32 - 31.5) < 20.0)
+        });
+        for whole in [ball, Raster::filled(64, 64, 0.0), Raster::filled(0, 0, 0.0)] {
+            assert!(head_share(&whole).pixels.iter().all(|&share| share == 1.0));
+        }
     }
 
     #[test]

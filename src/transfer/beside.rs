@@ -101,12 +101,7 @@ impl Transfer {
     pub fn carry_beside(&self, frame: &Matched, beside: &[Arc<Matched>]) -> Carried {
         let target = Target::new(&frame.frame, self);
         let offsets = target.steadied(frame, beside);
-        let poses = self.poses.par_iter().zip(offsets);
-        target.blended(
-            poses
-                .map(|(pose, offsets)| target.said(pose, offsets))
-                .collect(),
-        )
+        self.carried(&target, offsets)
     }
 }
 

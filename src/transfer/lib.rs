@@ -11,6 +11,7 @@ mod half_rows;
 mod lamps;
 mod matching;
 mod places;
+mod pose_turns;
 mod predictor;
 mod said;
 mod shape;

@@ -5,6 +5,7 @@ use crate::matching::Match;
 use crate::target::Target;
 use crate::transfer::Pose;
 use crate::turn::turn_degrees;
+use glam::Mat3;
 use imaging::color::luminance;
 use imaging::{Mask, Raster};
 use rayon::prelude::*;
@@ -26,7 +27,7 @@ pub struct Said {
     /// Roots of the OLATs, exact under the interview's light: `roots[(i · 3 + channel) · stride + lamp]` of the pixel
     /// `Target::pixels[i]`.
     pub roots: Vec<f32>,
-    /// The lamps of the frame as those of the exemplar.
+    /// The lamps of the frame as those of the exemplar, by the turn of the head.
     pub turned: TurnedLamps,
     /// As [`Match::offsets`].
     pub offsets: Vec<[f32; 2]>,
@@ -36,17 +37,17 @@ pub struct Said {
     pub unlike: Mask,
     /// Weight of the prediction in each pixel, by likeness and coverage.
     pub like: Mask,
-    /// Weight of the pose by its turn.
+    /// Weight of the pose by the turn of the head.
     pub pose: f32,
 }
 
 impl Target<'_> {
-    /// The prediction of an exemplar in which the frame has these offsets.
-    pub fn said(&self, pose: &Pose, offsets: Vec<[f32; 2]>) -> Said {
+    /// The prediction of an exemplar that is matched with the frame and whose head is turned by `turn`.
+    pub fn said(&self, pose: &Pose, found: Match, turn: &Mat3) -> Said {
         let lamps = &self.transfer.lamps;
-        let found = self.matched(pose, offsets);
-        let turned = lamps.turned(&found.turn);
+        let turned = [*turn, found.body].map(|turn| lamps.turned(&turn));
         let (mut roots, lit) = self.predicted(pose, &turned, &found);
+        let [turned, _] = turned;
         let stride = lamps.stride;
         for ((roots, lit), &p) in roots
             .chunks_exact_mut((3 * stride).max(1))
@@ -81,15 +82,16 @@ impl Target<'_> {
             turned,
             offsets: found.offsets,
             like,
-            pose: gaussian(turn_degrees(&found.turn), POSE) + LEAST_POSE,
+            pose: gaussian(turn_degrees(turn), POSE) + LEAST_POSE,
         }
     }
 
-    /// Roots of the OLATs that the pose alone predicts, as [`Said::roots`], and their sums under the interview's light.
+    /// Roots of the OLATs that the pose alone predicts, as [`Said::roots`], and their sums under the interview's light. `turned`:
+    /// lamps of the head, and of all else.
     pub fn predicted(
         &self,
         pose: &Pose,
-        turned: &TurnedLamps,
+        turned: &[TurnedLamps; 2],
         found: &Match,
     ) -> (Vec<f32>, Vec<[f32; 3]>) {
         let (lamps, weights) = (&self.transfer.lamps, &self.transfer.weights);
@@ -107,26 +109,35 @@ impl Target<'_> {
             .zip(self.pixels.par_chunks(PIXELS))
             .for_each(|((roots, lit), pixels)| {
                 let (mut wanted, mut pulled) = (vec![0.0; stride], vec![0.0; 3 * stride]);
+                let mut blended = vec![0.0; stride];
                 let (energies, weights) = (&energies, &weights);
                 vectorized(
                     #[inline(always)]
                     || {
                         for (i, &p) in pixels.iter().enumerate() {
                             let places = found.place((p % width, p / width));
-                            turned.shade(pose.normal(places), &mut wanted);
                             pose.bare.pull(places, &mut pulled);
-                            for c in 0..3 {
-                                let out = &mut roots[(3 * i + c) * stride..][..stride];
-                                turned.blend(&pulled[c * stride..][..stride], out);
-                                let mut sum = 0.0;
-                                let lamps = wanted.iter().zip(&energies[c]).zip(&weights[c]);
-                                for (root, ((wanted, energy), weight)) in out.iter_mut().zip(lamps)
-                                {
-                                    let scale = wanted * energy;
-                                    sum += weight * scale * *root * *root;
-                                    *root *= scale.sqrt();
+                            let share = self.head.pixels[p];
+                            for (turned, share) in turned.iter().zip([share, 1.0 - share]) {
+                                if share <= 0.0 {
+                                    continue;
                                 }
-                                lit[i][c] = sum;
+                                turned.shade(pose.normal(places), &mut wanted);
+                                for c in 0..3 {
+                                    turned.blend(&pulled[c * stride..][..stride], &mut blended);
+                                    let out = &mut roots[(3 * i + c) * stride..][..stride];
+                                    let lamps = blended.iter().zip(&wanted).zip(&energies[c]);
+                                    for (root, ((blended, wanted), energy)) in
+                                        out.iter_mut().zip(lamps)
+                                    {
+                                        *root += share * (wanted * energy).sqrt() * blended;
+                                    }
+                                }
+                            }
+                            for c in 0..3 {
+                                let roots = roots[(3 * i + c) * stride..][..stride].iter();
+                                let lamps = roots.zip(&weights[c]);
+                                lit[i][c] = lamps.map(|(root, weight)| weight * root * root).sum();
                             }
                         }
                     },

@@ -6,8 +6,9 @@ use crate::flow::{FlowSettings, flow};
 use crate::matching::Match;
 use crate::shape::{inside, quantile};
 use crate::transfer::{Pose, Transfer};
-use crate::turn::{SeenPoint, head_turn};
+use crate::turn::{SeenPoint, head_turn, turn_of_normals};
 use footage::Frame;
+use footage::motion::head_share;
 use glam::{Mat3, Vec3};
 use imaging::color::luminance;
 use imaging::resample::resize;
@@ -23,6 +24,9 @@ const DARK: f32 = 2e-3 / 0.7;
 const BRIGHT: f32 = 0.95;
 /// Pixels from one point to the next of those that decide the turn of the head.
 const POINTS: usize = 2;
+/// Least coverage in the pose, and least share of the head, of a point that decides the turn of the head.
+const COVERED: f32 = 0.95;
+const HEAD: f32 = 0.5;
 /// Pictures are matched at half as many pixels a side again as the working size has, but at no more than this many.
 const MOST_SIDE: usize = 384;
 
@@ -33,6 +37,8 @@ pub struct Target<'a> {
     inside: Raster<bool>,
     /// 1 inside, else 0.
     pub matte: Mask,
+    /// Share of the head.
+    pub head: Mask,
     /// Numbers of the pixels that the matte covers at all.
     pub pixels: Vec<usize>,
     /// Luminance of the plate.
@@ -58,6 +64,7 @@ impl<'a> Target<'a> {
                 .collect(),
             dark: (DARK * bright).max(f32::MIN_POSITIVE),
             matte,
+            head: head_share(&frame.mask),
             frame,
             transfer,
             inside,
@@ -71,7 +78,8 @@ impl<'a> Target<'a> {
         let first = self.matched(pose, self.offsets(&self.contrast, &pose.contrast));
         let coverage = first.pulled(&pose.mask);
         let lamps = &self.transfer.lamps;
-        let (_, lit) = self.predicted(pose, &lamps.turned(&first.turn), &first);
+        let turned = [first.turn.unwrap_or(first.body), first.body].map(|turn| lamps.turned(&turn));
+        let (_, lit) = self.predicted(pose, &turned, &first);
         let relit = self.spread(&lit).map(luminance);
         let covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));
         let more = self.offsets(
@@ -108,7 +116,8 @@ impl<'a> Target<'a> {
         Match {
             offsets,
             size: self.plate.size(),
-            turn: Mat3::IDENTITY,
+            turn: None,
+            body: Mat3::IDENTITY,
         }
     }
 
@@ -119,20 +128,37 @@ impl<'a> Target<'a> {
         let coverage = found.pulled(&pose.mask);
         let depth = found.pulled(&pose.depth);
         let middle = [width as f32 / 2.0, height as f32 / 2.0];
-        let points: Vec<SeenPoint> = (0..width * height)
+        let points: Vec<(SeenPoint, bool)> = (0..width * height)
             .filter(|&p| (p % width).is_multiple_of(POINTS) && (p / width).is_multiple_of(POINTS))
-            .filter(|&p| self.inside.pixels[p] && coverage.pixels[p] > 0.95)
+            .filter(|&p| self.inside.pixels[p] && coverage.pixels[p] > COVERED)
             .map(|p| {
                 let (x, y) = ((p % width) as f32, (p / width) as f32);
                 let [dx, dy] = found.offsets[p];
-                SeenPoint {
+                let point = SeenPoint {
                     place: Vec3::new(x + dx - middle[0], middle[1] - y - dy, depth.pixels[p]),
                     seen: [x - middle[0], middle[1] - y],
-                }
+                };
+                (point, self.head.pixels[p] > HEAD)
             })
             .collect();
-        found.turn = head_turn(&points);
+        let turn_of = |head: bool| {
+            let points = points.iter().filter(|(_, of)| *of || !head);
+            head_turn(&points.map(|(point, _)| *point).collect::<Vec<_>>())
+        };
+        found.turn = turn_of(true);
+        found.body = turn_of(false).unwrap_or(Mat3::IDENTITY);
         found
+    }
+
+    /// Turn of the head from a matched pose to this frame, if the frame is a pose whose `normals` are known.
+    pub fn turn_of_normals(&self, pose: &Pose, found: &Match, normals: &[Vec3]) -> Mat3 {
+        let (coverage, width) = (found.pulled(&pose.mask), found.size.0);
+        let pairs: Vec<[Vec3; 2]> = (self.pixels.iter())
+            .filter(|&&p| self.inside.pixels[p] && coverage.pixels[p] > COVERED)
+            .filter(|&&p| self.head.pixels[p] > HEAD)
+            .map(|&p| [pose.normal(found.place((p % width, p / width))), normals[p]])
+            .collect();
+        turn_of_normals(&pairs, found.turn.unwrap_or(Mat3::IDENTITY))
     }
 
     /// A picture of values of [`Self::pixels`]; black elsewhere.

@@ -2,9 +2,12 @@
 
 use crate::half_rows::HalfRows;
 use crate::lamps::{Lamps, shading};
+use crate::matching::Match;
 use crate::places::Place;
+use crate::pose_turns::{PoseTurn, PoseTurns};
 use crate::shape::{depth, inside, normals};
 use crate::target::{CONTRAST, Target, matched_contrast};
+use crate::turn::turn_vector;
 use base::error::{Error, Result};
 use calibration::Calibration;
 use footage::{Exemplar, Frame};
@@ -47,6 +50,7 @@ pub struct Pose {
 #[derive(Clone, Debug)]
 pub struct Transfer {
     pub(crate) poses: Vec<Arc<Pose>>,
+    turns: PoseTurns,
     pub(crate) lamps: Lamps,
     /// The interview's light as a sum of the lamps, exposure included.
     pub(crate) weights: Vec<[f32; 3]>,
@@ -99,17 +103,20 @@ impl Transfer {
 
     /// Prepares poses whose OLATs are those of `rig`. `weights`: the interview's light as a sum of these lamps, exposure
     /// included.
-    pub fn new(poses: &[PlatePose], rig: &Rig, weights: Vec<[f32; 3]>) -> Self {
+    pub fn new(plates: &[PlatePose], rig: &Rig, weights: Vec<[f32; 3]>) -> Self {
         let lamps = Lamps::new(rig);
-        let poses = poses
+        let poses = plates
             .par_iter()
             .map(|pose| Arc::new(Pose::new(pose, &lamps)))
             .collect();
-        Self {
+        let mut transfer = Self {
             poses,
             lamps,
             weights,
-        }
+            turns: PoseTurns::default(),
+        };
+        transfer.turns = transfer.turns_between(plates);
+        transfer
     }
 
     /// The same without one pose, by its number in the project.
@@ -117,6 +124,7 @@ impl Transfer {
     pub fn without(&self, pose: usize) -> Self {
         let mut rest = self.clone();
         rest.poses.retain(|other| other.number != pose);
+        rest.turns.leave_out(pose);
         rest
     }
 
@@ -139,8 +147,49 @@ impl Transfer {
     /// Carries the exemplars over to a frame of their size. Without exemplars all OLATs are black.
     pub fn carry(&self, frame: &Frame) -> Carried {
         let target = Target::new(frame, self);
-        let said = |pose: &Arc<Pose>| target.said(pose, target.found(pose));
-        target.blended(self.poses.par_iter().map(said).collect())
+        let found = |pose: &Arc<Pose>| target.found(pose);
+        let offsets = self.poses.par_iter().map(found).collect();
+        self.carried(&target, offsets)
+    }
+
+    /// A frame that has these offsets in the exemplars.
+    pub(crate) fn carried(&self, target: &Target, offsets: Vec<Vec<[f32; 2]>>) -> Carried {
+        let poses = self.poses.par_iter().zip(offsets);
+        let found: Vec<Match> = poses
+            .map(|(pose, offsets)| target.matched(pose, offsets))
+            .collect();
+        let turns: Vec<_> = (self.poses.iter().zip(&found))
+            .map(|(pose, found)| (pose.number, found.turn))
+            .collect();
+        let turns = self.turns.agreed(&turns);
+        let matched = self.poses.par_iter().zip(found).zip(&turns);
+        let said = matched.map(|((pose, found), turn)| target.said(pose, found, turn));
+        target.blended(said.collect())
+    }
+
+    /// Turns between all poses, each matched with the others as a frame would be.
+    fn turns_between(&self, plates: &[PlatePose]) -> PoseTurns {
+        let turns_to = |(to, plate): (&Arc<Pose>, &PlatePose)| -> Vec<PoseTurn> {
+            let frame = Frame {
+                index: 0,
+                plate: plate.plate.clone(),
+                mask: plate.exemplar.mask.clone(),
+            };
+            let target = Target::new(&frame, self);
+            let turn = |from: &Arc<Pose>| {
+                let found = target.matched(from, target.found(from));
+                Some(PoseTurn {
+                    from: from.number,
+                    to: to.number,
+                    by_depth: turn_vector(&found.turn?),
+                    by_normals: turn_vector(&target.turn_of_normals(from, &found, &to.normals)),
+                })
+            };
+            let others = (self.poses.iter()).filter(|from| from.number != to.number);
+            others.filter_map(turn).collect()
+        };
+        let poses = self.poses.par_iter().zip(plates);
+        PoseTurns(poses.flat_map_iter(turns_to).collect())
     }
 
     /// How far each pixel of a frame is from another frame that is matched with it, as [`Carried::unlike`]; more where the other
