@@ -131,7 +131,7 @@ impl FieldEncoder {
         }
     }
 
-    /// A prediction in the storage format: on the network's GPU if there are `passes` for it, else in memory.
+    /// A prediction in the storage format: on a GPU if there are its `passes`, which a network's own GPU shares, else in memory.
     ///
     /// # Errors
     /// When the device fails.
@@ -148,9 +148,13 @@ impl FieldEncoder {
                 Storage::Compressed => self.compressed(&field).into(),
             });
         };
+        let full = |field: DeviceField| match field.is_in_memory() {
+            true => Ok(FieldBuffer::upload(&field.read()?, &passes.device)),
+            false => field.into_buffer(),
+        };
         let field = match self.storage {
-            Storage::F32 => field.into_buffer()?,
-            Storage::F16 => passes.relight.halve(&field.into_buffer()?)?,
+            Storage::F32 => full(field)?,
+            Storage::F16 => passes.relight.halve(&full(field)?)?,
             Storage::Compressed => {
                 let field = self.compressed(&field.read()?);
                 FieldBuffer::upload_components(field, &passes.device)

@@ -1,5 +1,6 @@
-//! Where the network runs: on a hardware GPU whose results agree with the CPU's, else on burn's CPU backend. Network,
-//! passes and window share one GPU, so that what the network computes is lit and drawn there without a copy.
+//! Where pictures are made and where the network runs. Passes and window share one GPU, whose results agree with the CPU's.
+//! The network runs on burn's CPU backend, or on that GPU if a person asks for it: then what it computes is lit and drawn there
+//! without a copy.
 
 mod adapters;
 mod autotune;
@@ -22,12 +23,12 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeviceChoice {
-    /// A GPU if there is one, else the CPU.
+    /// Pictures on a GPU if there is one, the network on the CPU.
     #[default]
     Auto,
     /// The CPU.
     Cpu,
-    /// The best adapter, even a software one.
+    /// Pictures and network on the best adapter, even a software one.
     Gpu,
 }
 
@@ -37,7 +38,7 @@ pub struct ComputeDevice {
     pub device: Device,
     /// Such as `CPU (flex): no GPU was found`.
     pub description: String,
-    /// The GPU behind `device`, for passes that read what the network left there; None on a CPU.
+    /// The GPU that makes the pictures, which `device` may be too; None without one.
     pub gpu: Option<Gpu>,
 }
 
@@ -48,10 +49,12 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// The compositor's passes, compiled once for all that make pictures there.
     pub passes: Arc<PicturePasses>,
-    network: Device,
     adapter: wgpu::AdapterInfo,
-    /// What the self-test found, once it has run.
-    verdict: Arc<OnceLock<Result<(), String>>>,
+    setup: Box<WgpuSetup>,
+    /// This GPU as burn names it, once a network is to run there: each device that burn knows keeps two threads awake.
+    network: Arc<OnceLock<Result<Device, String>>>,
+    /// What the self-test found of pictures and of the network, once it has run.
+    verdicts: Arc<[OnceLock<Result<(), String>>; 2]>,
 }
 
 /// The GPU of this process. burn keeps a device that it was given for as long as the process runs: there is one, for all.
@@ -60,7 +63,7 @@ static SHARED: Mutex<Shared> = Mutex::new(Shared::None);
 #[derive(Debug)]
 enum Shared {
     None,
-    /// The window's. burn does not know it yet: each device that it knows keeps two threads awake.
+    /// The window's.
     Offered(Box<WgpuSetup>),
     Open(Box<Gpu>),
 }
@@ -78,13 +81,15 @@ impl ComputeDevice {
     /// Picks a device. Software rasterisers do not count as GPUs: there the CPU backend is faster. A GPU
     /// whose results differ from the CPU's in a short test, once for each process, is not used.
     pub fn choose(choice: DeviceChoice) -> Self {
-        let suits = match choice {
-            DeviceChoice::Cpu => return Self::trusted(Err("as asked".to_owned()), Gpu::check),
-            DeviceChoice::Auto => is_hardware,
-            DeviceChoice::Gpu => |_: &wgpu::AdapterInfo| true,
-        };
-        // The test starts the last of burn's threads.
-        quiet::starting(|| Self::trusted(Gpu::shared(suits), Gpu::check))
+        match choice {
+            DeviceChoice::Cpu => Self::trusted(Err("as asked".to_owned()), Gpu::check),
+            DeviceChoice::Auto => Self::trusted(Gpu::shared(is_hardware), Gpu::check),
+            // The test starts the last of burn's threads.
+            DeviceChoice::Gpu => quiet::starting(|| {
+                let pictures = Self::trusted(Gpu::shared(|_| true), Gpu::check);
+                pictures.with_network(Gpu::check_network)
+            }),
+        }
     }
 
     /// The device whether it passes the self-test or not, to measure it: what it computes may be wrong.
@@ -97,15 +102,16 @@ impl ComputeDevice {
             DeviceChoice::Auto => is_hardware,
             DeviceChoice::Gpu => |_: &wgpu::AdapterInfo| true,
         };
-        Ok(Self::trusted(Ok(Gpu::shared(suits)?), |_| Ok(())))
+        let pictures = Self::trusted(Ok(Gpu::shared(suits)?), |_| Ok(()));
+        Ok(pictures.with_network(|_| Ok(())))
     }
 
-    /// A GPU that passes `test`, else the CPU.
+    /// The network on the CPU, and pictures on a GPU that passes `test`.
     fn trusted(gpu: Result<Gpu, String>, test: impl FnOnce(&Gpu) -> Result<(), String>) -> Self {
         match gpu.and_then(|gpu| test(&gpu).map(|()| gpu)) {
             Ok(gpu) => Self {
-                device: gpu.network.clone(),
-                description: format!("GPU (wgpu): {}", gpu.adapter.name),
+                device: Device::flex(),
+                description: format!("CPU (flex); pictures: GPU {}", gpu.adapter.name),
                 gpu: Some(gpu),
             },
             Err(why) => Self {
@@ -116,12 +122,31 @@ impl ComputeDevice {
         }
     }
 
-    /// The compositor's passes on this device; None on a CPU, where pictures are made in memory.
+    /// The same with the network on the GPU too, if it passes `test`.
+    fn with_network(self, test: impl FnOnce(&Gpu) -> Result<(), String>) -> Self {
+        let Some(gpu) = &self.gpu else {
+            return self;
+        };
+        let name = &gpu.adapter.name;
+        match gpu.network().and_then(|device| test(gpu).map(|()| device)) {
+            Ok(device) => Self {
+                device,
+                description: format!("GPU (wgpu): {name}"),
+                ..self
+            },
+            Err(why) => Self {
+                description: format!("CPU (flex): {why}; pictures: GPU {name}"),
+                ..self
+            },
+        }
+    }
+
+    /// The compositor's passes on the GPU; None without one, where pictures are made in memory.
     pub fn passes(&self) -> Option<&Arc<PicturePasses>> {
         self.gpu.as_ref().map(|gpu| &gpu.passes)
     }
 
-    /// Whether it was a GPU and is lost.
+    /// Whether it has a GPU that is lost.
     pub fn is_lost(&self) -> bool {
         self.passes().is_some_and(|passes| passes.is_lost())
     }
@@ -146,7 +171,7 @@ pub fn is_lost() -> bool {
 
 impl Gpu {
     /// Offers a device that the window draws with, made as [`device_descriptor`] says, as the GPU of this process, unless
-    /// there is one. If the network does not compute on it, it gets one of its own.
+    /// there is one.
     pub fn share(setup: WgpuSetup) {
         let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
         if matches!(*shared, Shared::None) {
@@ -164,7 +189,7 @@ impl Gpu {
         }
     }
 
-    /// Whether it can be used, and if not, why.
+    /// Whether it can make pictures, and if not, why.
     fn check(&self) -> Result<(), String> {
         if self.passes.is_lost() {
             let name = &self.adapter.name;
@@ -172,7 +197,30 @@ impl Gpu {
                 "the GPU {name} stopped working; start Afterlight again to use it"
             ));
         }
-        self.verdict.get_or_init(|| self_test::run(self)).clone()
+        let [pictures, _] = &*self.verdicts;
+        pictures
+            .get_or_init(|| self_test::pictures(&self.adapter.name, &self.passes))
+            .clone()
+    }
+
+    /// Whether a network can run on it, and if not, why.
+    fn check_network(&self) -> Result<(), String> {
+        let (name, device) = (&self.adapter.name, self.network()?);
+        let [_, network] = &*self.verdicts;
+        network
+            .get_or_init(|| self_test::network(name, &device))
+            .clone()
+    }
+
+    /// This GPU as burn names it.
+    fn network(&self) -> Result<Device, String> {
+        let register = || {
+            autotune::keep();
+            let setup = WgpuSetup::clone(&self.setup);
+            let network = Device::wgpu_options().setup(setup).init();
+            network.map_err(|e| e.to_string())
+        };
+        self.network.get_or_init(register).clone()
     }
 
     /// The GPU of this process if it `suits`; it is opened if there is none yet.
@@ -180,9 +228,8 @@ impl Gpu {
         let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
         if let Shared::Offered(setup) = &*shared
             && suits(&setup.adapter.get_info())
-            && let Ok(gpu) = Self::register(WgpuSetup::clone(setup))
         {
-            *shared = Shared::Open(Box::new(gpu));
+            *shared = Shared::Open(Box::new(Self::new(WgpuSetup::clone(setup))));
         }
         if let Some(gpu) = shared.open().filter(|gpu| suits(&gpu.adapter)) {
             return Ok(gpu.clone());
@@ -208,26 +255,25 @@ impl Gpu {
         let (device, queue) =
             pollster::block_on(adapter.request_device(&device_descriptor(&adapter)))
                 .map_err(|e| e.to_string())?;
-        Self::register(WgpuSetup {
+        Ok(Self::new(WgpuSetup {
             instance: instance.clone(),
             backend: adapter.get_info().backend,
             adapter,
             device,
             queue,
-        })
+        }))
     }
 
-    fn register(setup: WgpuSetup) -> Result<Self, String> {
-        autotune::keep();
-        let network = Device::wgpu_options().setup(setup.clone()).init();
-        Ok(Self {
-            network: network.map_err(|e| e.to_string())?,
+    fn new(setup: WgpuSetup) -> Self {
+        Self {
             passes: Arc::new(PicturePasses::new(&setup.device, &setup.queue)),
-            verdict: Arc::default(),
             adapter: setup.adapter.get_info(),
-            device: setup.device,
-            queue: setup.queue,
-        })
+            device: setup.device.clone(),
+            queue: setup.queue.clone(),
+            setup: Box::new(setup),
+            network: Arc::default(),
+            verdicts: Arc::default(),
+        }
     }
 }
 
@@ -280,8 +326,11 @@ mod tests {
             return;
         };
         let gpu = Gpu::open(&instance, adapter).unwrap();
-        let compute = |gpu: Gpu| ComputeDevice::trusted(Ok(gpu), Gpu::check);
-        gpu.verdict.set(Ok(())).unwrap();
+        let compute =
+            |gpu: Gpu| ComputeDevice::trusted(Ok(gpu), Gpu::check).with_network(Gpu::check_network);
+        for verdict in &*gpu.verdicts {
+            verdict.set(Ok(())).unwrap();
+        }
         let there = compute(gpu.clone());
         let twice = || {
             there.guarded(|| {

@@ -9,7 +9,8 @@ impl Gpu {
     /// # Errors
     /// A sentence: what it computed, and what was expected.
     pub fn self_test(&self) -> Result<(), String> {
-        self.check()
+        self.check()?;
+        self.check_network()
     }
 
     /// The adapter's name.

@@ -1,7 +1,6 @@
 //! A short test of a GPU before it is used: drivers and kernels have given wrong numbers without an error. The
 //! network's layers, the sum of lamps and a pass are computed there and on the CPU, from the same numbers.
 
-use super::Gpu;
 use burn::module::Param;
 use burn::nn::conv::Conv2d;
 use burn::nn::{BatchNormConfig, GroupNormConfig, PaddingConfig2d};
@@ -33,7 +32,7 @@ enum Check {
 }
 
 impl Check {
-    const ALL: [Self; 4] = [Self::Layers, Self::Sum, Self::HalfSum, Self::View];
+    const PICTURES: [Self; 3] = [Self::Sum, Self::HalfSum, Self::View];
 
     fn name(self) -> &'static str {
         match self {
@@ -66,10 +65,11 @@ impl Check {
         Ok(values(picture))
     }
 
-    fn on_gpu(self, device: &Device, passes: &PicturePasses) -> Result<Vec<f32>, String> {
+    /// Of all but the layers, by the passes of a GPU.
+    fn on_gpu(self, passes: &PicturePasses) -> Result<Vec<f32>, String> {
         let (field, weights) = (field(), weights());
         let picture = match self {
-            Self::Layers => return layers(device),
+            Self::Layers => return Err("layers are no picture".to_owned()),
             Self::Sum => passes.relight.run(&field, &weights),
             Self::HalfSum => passes.relight.run_half(&HalfField::from(&field), &weights),
             Self::View => passes.upload_opaque(&ramp()).and_then(|ramp| {
@@ -94,16 +94,23 @@ fn filmic() -> Scene {
     }
 }
 
-/// Whether a GPU computes as the CPU does, and if not, what it did instead.
-pub(super) fn run(gpu: &Gpu) -> Result<(), String> {
-    compare(&gpu.adapter.name, |check| {
-        check.on_gpu(&gpu.network, &gpu.passes)
-    })
+/// Whether a GPU makes pictures as the CPU does, and if not, what it did instead.
+pub(super) fn pictures(adapter: &str, passes: &PicturePasses) -> Result<(), String> {
+    compare(adapter, &Check::PICTURES, |check| check.on_gpu(passes))
+}
+
+/// The same of the network's layers on burn's device.
+pub(super) fn network(adapter: &str, device: &Device) -> Result<(), String> {
+    compare(adapter, &[Check::Layers], |_| layers(device))
 }
 
 /// Whether what was `found` for each check is what the CPU finds.
-fn compare(adapter: &str, found: impl Fn(Check) -> Result<Vec<f32>, String>) -> Result<(), String> {
-    for check in Check::ALL {
+fn compare(
+    adapter: &str,
+    checks: &[Check],
+    found: impl Fn(Check) -> Result<Vec<f32>, String>,
+) -> Result<(), String> {
+    for &check in checks {
         let wanted = check.on_cpu()?;
         // A kernel that fails on burn's GPU backend panics when its values are read.
         let found = catch_unwind(AssertUnwindSafe(|| found(check)))
@@ -231,9 +238,11 @@ mod tests {
     use super::super::{ComputeDevice, DeviceChoice};
     use super::*;
 
+    const ALL: [Check; 4] = [Check::Layers, Check::Sum, Check::HalfSum, Check::View];
+
     /// What a GPU that is right finds, with the values of one check spoilt.
     fn spoilt(which: Check, spoil: impl Fn(Vec<f32>) -> Vec<f32>) -> Result<(), String> {
-        compare("Broken 9000", |check| {
+        compare("Broken 9000", &ALL, |check| {
             let right = check.on_cpu()?;
             Ok(if check == which { spoil(right) } else { right })
         })
@@ -242,7 +251,7 @@ mod tests {
     #[test]
     fn one_wrong_value_is_found_wherever_it_is_and_said() {
         assert_eq!(spoilt(Check::Sum, |right| right), Ok(()));
-        for check in Check::ALL {
+        for check in ALL {
             let last = check.on_cpu().unwrap().len() - 1;
             for place in [0, last] {
                 let wrong = |mut values: Vec<f32>| {
@@ -265,13 +274,13 @@ mod tests {
 
     #[test]
     fn a_gpu_that_fails_or_stops_is_not_trusted() {
-        let failed = compare("Broken", |_| Err("out of memory".into()));
+        let failed = compare("Broken", &ALL, |_| Err("out of memory".into()));
         assert!(
             failed
                 .unwrap_err()
                 .contains("failed in the network's layers: out of memory")
         );
-        let stopped = compare("Broken", |check| match check {
+        let stopped = compare("Broken", &ALL, |check| match check {
             Check::Sum => panic!("work writing it was skipped"),
             check => check.on_cpu(),
         });
@@ -286,9 +295,19 @@ mod tests {
             return;
         };
         // This adapter, software or not, is right.
-        assert_eq!(run(&gpu), Ok(()));
-        let fallen =
-            ComputeDevice::trusted(Ok(gpu), |_| spoilt(Check::View, |v| vec![0.5; v.len()]));
+        assert_eq!(gpu.self_test(), Ok(()));
+        let half = |v: Vec<f32>| vec![0.5; v.len()];
+        let pictures = ComputeDevice::trusted(Ok(gpu.clone()), |_| Ok(()))
+            .with_network(|_| spoilt(Check::Layers, half));
+        assert!(pictures.passes().is_some() && pictures.device == Device::flex());
+        let said = &pictures.description;
+        assert!(
+            said.starts_with(
+                "CPU (flex): the GPU Broken 9000 computed 0.5 in the network's layers"
+            ) && said.contains("; pictures: GPU "),
+            "{said}"
+        );
+        let fallen = ComputeDevice::trusted(Ok(gpu), |_| spoilt(Check::View, half));
         assert!(fallen.gpu.is_none() && fallen.passes().is_none());
         let said = &fallen.description;
         assert!(said.starts_with(

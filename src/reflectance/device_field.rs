@@ -96,6 +96,11 @@ impl DeviceField {
         Self::finished(self.olats * scale)
     }
 
+    /// Whether the network runs on the CPU.
+    pub fn is_in_memory(&self) -> bool {
+        self.olats.device() == Device::flex()
+    }
+
     /// Copies the field to memory.
     ///
     /// # Errors

@@ -338,6 +338,10 @@ mod tests {
         for (told, shown) in [
             ("CPU (flex): no GPU was found", "CPU: no GPU was found"),
             ("GPU (wgpu): RTX (TM) 4090", "GPU: RTX (TM) 4090"),
+            (
+                "CPU (flex); pictures: GPU RTX (TM) 4090",
+                "CPU; pictures: GPU RTX (TM) 4090",
+            ),
         ] {
             let device = told.to_owned();
             status.on_event(Event::Ready { device });
