@@ -275,7 +275,7 @@ mod tests {
             assert_eq!(share.at(31, y), expected, "row {y}");
         }
         assert!(
-            (33..38).any(|y| (0.2..0.8).contains(&share.at(31, y))),
+            (29..34).any(|y| (0.2..0.8).contains(&share.at(31, y))),
             "the neck"
         );
         assert!((1..64).all(|y| share.at(31, y) <= share.at(31, y - 1)));
