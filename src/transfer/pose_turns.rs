@@ -40,13 +40,12 @@ impl PoseTurns {
     /// Turns from poses to a frame, made to agree. `found`: each pose's number and its turn by depth; None where places did not
     /// decide it. If none did, nothing is turned.
     pub fn agreed(&self, found: &[(usize, Option<Mat3>)]) -> Vec<Mat3> {
-        let scale = self.scale();
         let poses: Vec<usize> = found.iter().map(|(pose, _)| *pose).collect();
         let stand = self.stands(&poses);
         // The frame's turn from the reference as each pose has it, with its weight.
         let said: Vec<(Mat3, f32)> = (found.iter())
             .filter_map(|&(pose, turn)| {
-                let vector = scale * turn_vector(&turn?);
+                let vector = self.scaled(&turn?);
                 let weight = (vector.length_squared() + NEAR.powi(2)).recip();
                 Some((vector_turn(vector) * stand[&pose], weight))
             })
@@ -58,6 +57,11 @@ impl PoseTurns {
             .iter()
             .map(|(pose, _)| one * stand[pose].transpose())
             .collect()
+    }
+
+    /// A turn by depth as far as normals say, as a rotation vector.
+    pub fn scaled(&self, by_depth: &Mat3) -> Vec3 {
+        self.scale() * turn_vector(by_depth)
     }
 
     /// How many times a turn by depth has to be taken.

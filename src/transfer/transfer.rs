@@ -7,7 +7,7 @@ use crate::places::Place;
 use crate::pose_turns::{PoseTurn, PoseTurns};
 use crate::shape::{depth, inside, normals};
 use crate::target::{CONTRAST, Target, matched_contrast};
-use crate::turn::turn_vector;
+use crate::turn::{turn_vector, vector_turn};
 use base::error::{Error, Result};
 use calibration::Calibration;
 use footage::{Exemplar, Frame};
@@ -156,7 +156,13 @@ impl Transfer {
     pub(crate) fn carried(&self, target: &Target, offsets: Vec<Vec<[f32; 2]>>) -> Carried {
         let poses = self.poses.par_iter().zip(offsets);
         let found: Vec<Match> = poses
-            .map(|(pose, offsets)| target.matched(pose, offsets))
+            .map(|(pose, offsets)| {
+                let found = target.matched(pose, offsets);
+                Match {
+                    body: vector_turn(self.turns.scaled(&found.body)),
+                    ..found
+                }
+            })
             .collect();
         let turns: Vec<_> = (self.poses.iter().zip(&found))
             .map(|(pose, found)| (pose.number, found.turn))
