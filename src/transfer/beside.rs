@@ -101,7 +101,12 @@ impl Transfer {
     pub fn carry_beside(&self, frame: &Matched, beside: &[Arc<Matched>]) -> Carried {
         let target = Target::new(&frame.frame, self);
         let offsets = target.steadied(frame, beside);
-        self.carried(&target, offsets)
+        let poses = self.poses.par_iter().zip(offsets);
+        target.blended(
+            poses
+                .map(|(pose, offsets)| target.said(pose, offsets))
+                .collect(),
+        )
     }
 }
 

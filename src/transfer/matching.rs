@@ -25,9 +25,9 @@ pub struct Match {
     /// Offsets in pixels: pixel (x, y) of the frame lies at (x + dx, y + dy) in the pose.
     pub offsets: Vec<[f32; 2]>,
     pub size: (usize, usize),
-    /// Rotation of the head from the pose to the frame; None if its places do not decide it.
-    pub turn: Option<Mat3>,
-    /// Rotation of the whole subject, for what is not head.
+    /// Rotation of the head from the pose to the frame.
+    pub turn: Mat3,
+    /// Rotation of the whole subject, for all but the head.
     pub body: Mat3,
 }
 

@@ -5,7 +5,6 @@ use crate::matching::Match;
 use crate::target::Target;
 use crate::transfer::Pose;
 use crate::turn::turn_degrees;
-use glam::Mat3;
 use imaging::color::luminance;
 use imaging::{Mask, Raster};
 use rayon::prelude::*;
@@ -42,10 +41,11 @@ pub struct Said {
 }
 
 impl Target<'_> {
-    /// The prediction of an exemplar that is matched with the frame and whose head is turned by `turn`.
-    pub fn said(&self, pose: &Pose, found: Match, turn: &Mat3) -> Said {
+    /// The prediction of an exemplar in which the frame has these offsets.
+    pub fn said(&self, pose: &Pose, offsets: Vec<[f32; 2]>) -> Said {
         let lamps = &self.transfer.lamps;
-        let turned = [*turn, found.body].map(|turn| lamps.turned(&turn));
+        let found = self.matched(pose, offsets);
+        let turned = [found.turn, found.body].map(|turn| lamps.turned(&turn));
         let (mut roots, lit) = self.predicted(pose, &turned, &found);
         let [turned, _] = turned;
         let stride = lamps.stride;
@@ -82,7 +82,7 @@ impl Target<'_> {
             turned,
             offsets: found.offsets,
             like,
-            pose: gaussian(turn_degrees(turn), POSE) + LEAST_POSE,
+            pose: gaussian(turn_degrees(&found.turn), POSE) + LEAST_POSE,
         }
     }
 

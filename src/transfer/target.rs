@@ -78,7 +78,7 @@ impl<'a> Target<'a> {
         let first = self.matched(pose, self.offsets(&self.contrast, &pose.contrast));
         let coverage = first.pulled(&pose.mask);
         let lamps = &self.transfer.lamps;
-        let turned = [first.turn.unwrap_or(first.body), first.body].map(|turn| lamps.turned(&turn));
+        let turned = [first.turn, first.body].map(|turn| lamps.turned(&turn));
         let (_, lit) = self.predicted(pose, &turned, &first);
         let relit = self.spread(&lit).map(luminance);
         let covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));
@@ -116,7 +116,7 @@ impl<'a> Target<'a> {
         Match {
             offsets,
             size: self.plate.size(),
-            turn: None,
+            turn: Mat3::IDENTITY,
             body: Mat3::IDENTITY,
         }
     }
@@ -145,8 +145,9 @@ impl<'a> Target<'a> {
             let points = points.iter().filter(|(_, of)| *of || !head);
             head_turn(&points.map(|(point, _)| *point).collect::<Vec<_>>())
         };
-        found.turn = turn_of(true);
-        found.body = turn_of(false).unwrap_or(Mat3::IDENTITY);
+        let turns = &self.transfer.turns;
+        found.body = turn_of(false).map_or(Mat3::IDENTITY, |turn| turns.scaled(&turn));
+        found.turn = turn_of(true).map_or(found.body, |turn| turns.scaled(&turn));
         found
     }
 
@@ -158,7 +159,7 @@ impl<'a> Target<'a> {
             .filter(|&&p| self.head.pixels[p] > HEAD)
             .map(|&p| [pose.normal(found.place((p % width, p / width))), normals[p]])
             .collect();
-        turn_of_normals(&pairs, found.turn.unwrap_or(Mat3::IDENTITY))
+        turn_of_normals(&pairs, found.turn)
     }
 
     /// A picture of values of [`Self::pixels`]; black elsewhere.

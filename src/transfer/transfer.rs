@@ -2,12 +2,11 @@
 
 use crate::half_rows::HalfRows;
 use crate::lamps::{Lamps, shading};
-use crate::matching::Match;
 use crate::places::Place;
 use crate::pose_turns::{PoseTurn, PoseTurns};
 use crate::shape::{depth, inside, normals};
 use crate::target::{CONTRAST, Target, matched_contrast};
-use crate::turn::{turn_vector, vector_turn};
+use crate::turn::turn_vector;
 use base::error::{Error, Result};
 use calibration::Calibration;
 use footage::{Exemplar, Frame};
@@ -50,7 +49,7 @@ pub struct Pose {
 #[derive(Clone, Debug)]
 pub struct Transfer {
     pub(crate) poses: Vec<Arc<Pose>>,
-    turns: PoseTurns,
+    pub(crate) turns: PoseTurns,
     pub(crate) lamps: Lamps,
     /// The interview's light as a sum of the lamps, exposure included.
     pub(crate) weights: Vec<[f32; 3]>,
@@ -147,30 +146,8 @@ impl Transfer {
     /// Carries the exemplars over to a frame of their size. Without exemplars all OLATs are black.
     pub fn carry(&self, frame: &Frame) -> Carried {
         let target = Target::new(frame, self);
-        let found = |pose: &Arc<Pose>| target.found(pose);
-        let offsets = self.poses.par_iter().map(found).collect();
-        self.carried(&target, offsets)
-    }
-
-    /// A frame that has these offsets in the exemplars.
-    pub(crate) fn carried(&self, target: &Target, offsets: Vec<Vec<[f32; 2]>>) -> Carried {
-        let poses = self.poses.par_iter().zip(offsets);
-        let found: Vec<Match> = poses
-            .map(|(pose, offsets)| {
-                let found = target.matched(pose, offsets);
-                Match {
-                    body: vector_turn(self.turns.scaled(&found.body)),
-                    ..found
-                }
-            })
-            .collect();
-        let turns: Vec<_> = (self.poses.iter().zip(&found))
-            .map(|(pose, found)| (pose.number, found.turn))
-            .collect();
-        let turns = self.turns.agreed(&turns);
-        let matched = self.poses.par_iter().zip(found).zip(&turns);
-        let said = matched.map(|((pose, found), turn)| target.said(pose, found, turn));
-        target.blended(said.collect())
+        let said = |pose: &Arc<Pose>| target.said(pose, target.found(pose));
+        target.blended(self.poses.par_iter().map(said).collect())
     }
 
     /// Turns between all poses, each matched with the others as a frame would be.
@@ -184,15 +161,15 @@ impl Transfer {
             let target = Target::new(&frame, self);
             let turn = |from: &Arc<Pose>| {
                 let found = target.matched(from, target.found(from));
-                Some(PoseTurn {
+                PoseTurn {
                     from: from.number,
                     to: to.number,
-                    by_depth: turn_vector(&found.turn?),
+                    by_depth: turn_vector(&found.turn),
                     by_normals: turn_vector(&target.turn_of_normals(from, &found, &to.normals)),
-                })
+                }
             };
             let others = (self.poses.iter()).filter(|from| from.number != to.number);
-            others.filter_map(turn).collect()
+            others.map(turn).collect()
         };
         let poses = self.poses.par_iter().zip(plates);
         PoseTurns(poses.flat_map_iter(turns_to).collect())
