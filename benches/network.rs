@@ -143,18 +143,11 @@ struct Step {
 
 impl Learner {
     fn new(network: UNet, input: Tensor<4>, target: Tensor<4>) -> Self {
-        Self {
-            network,
-            optimizer: ModuleOptimizer::from(Adam::default()),
-            input,
-            target,
-        }
+        Self { network, optimizer: ModuleOptimizer::from(Adam::default()), input, target }
     }
 
     fn loss(&self) -> Tensor<1> {
-        (self.network.forward(self.input.clone()) - self.target.clone())
-            .square()
-            .mean()
+        (self.network.forward(self.input.clone()) - self.target.clone()).square().mean()
     }
 
     fn step(&mut self) -> Step {
@@ -163,9 +156,7 @@ impl Learner {
         let forward = start.elapsed().as_secs_f64();
         let gradients = GradientsParams::from_grads(loss.backward(), &self.network);
         let backward = start.elapsed().as_secs_f64();
-        self.network = self
-            .optimizer
-            .step(LEARNING_RATE, self.network.clone(), gradients);
+        self.network = self.optimizer.step(LEARNING_RATE, self.network.clone(), gradients);
         let loss = loss.into_scalar();
         Step {
             forward,
@@ -261,10 +252,7 @@ struct Peer {
 
 impl Peer {
     fn start(command: &mut Command) -> Result<Self> {
-        let mut child = command
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()?;
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
         let to = child.stdin.take().expect("it is piped");
         let lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
         Ok(Self { child, lines, to })
@@ -409,11 +397,7 @@ fn race(options: &Options) -> Result<()> {
         "Milliseconds: median (least). Memory in MiB: peak, and what was held at the start.\n"
     );
     // A GPU's speed does not depend on the threads that feed it.
-    let threads = if gpu {
-        &options.threads[..1]
-    } else {
-        &options.threads[..]
-    };
+    let threads = if gpu { &options.threads[..1] } else { &options.threads[..] };
     println!(
         "| network | size | threads | step | PyTorch | ratio | prediction | PyTorch | ratio | memory | PyTorch |"
     );

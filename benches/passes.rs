@@ -49,17 +49,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     let threads = rayon::current_num_threads();
     if !options.json {
-        println!(
-            "{threads} threads; {}; median milliseconds.\n",
-            compute.description
-        );
+        println!("{threads} threads; {}; median milliseconds.\n", compute.description);
         println!("| size | pass | CPU, ms | limit, ms | times | GPU, ms | limit, ms | times |");
         println!("|---:|---|---:|---:|---:|---:|---:|---:|");
     }
-    let budget = Budget {
-        runs: (options.rounds, options.rounds),
-        time: Duration::ZERO,
-    };
+    let budget = Budget { runs: (options.rounds, options.rounds), time: Duration::ZERO };
     let cpu = ComputeDevice::choose(DeviceChoice::Cpu);
     let mut sizes = Vec::new();
     for &size in &options.size {
@@ -92,22 +86,12 @@ fn print(size: usize, here: &PassTable, there: Option<&PassTable>) {
     );
     for pass in &here.passes {
         let same = there.and_then(|there| there.passes.iter().find(|p| p.name == pass.name));
-        println!(
-            "| {size} | {} | {} | {} |",
-            pass.name,
-            cells(Some(pass)),
-            cells(same)
-        );
+        println!("| {size} | {} | {} | {} |", pass.name, cells(Some(pass)), cells(same));
     }
     let on_gpu = there.map_or(&[][..], |there| &there.passes);
     for pass in on_gpu {
         if here.passes.iter().all(|known| known.name != pass.name) {
-            println!(
-                "| {size} | {} | {} | {} |",
-                pass.name,
-                cells(None),
-                cells(Some(pass))
-            );
+            println!("| {size} | {} | {} | {} |", pass.name, cells(None), cells(Some(pass)));
         }
     }
 }

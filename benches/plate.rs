@@ -93,12 +93,7 @@ fn times(options: &Options) -> Result<()> {
     );
     println!("|---|---:|---:|---:|---:|---:|---:|");
     let values = (0..LAMPS * 3 * LIGHT * LIGHT).map(noise).collect();
-    let field = ReflectanceField {
-        width: LIGHT,
-        height: LIGHT,
-        lamps: LAMPS,
-        values,
-    };
+    let field = ReflectanceField { width: LIGHT, height: LIGHT, lamps: LAMPS, values };
     let field: Field = HalfField::from(&field).into();
     let environment = built_in::all()[0].environment();
     for (width, height) in [(540, 960), (1080, 1920), (2160, 3840)] {
@@ -110,11 +105,8 @@ fn times(options: &Options) -> Result<()> {
         let light = Image::from_fn(width, height, |x, y| {
             [0.2, 0.3, 0.4].map(|v| v + 0.3 * noise(y * width + x))
         });
-        let square = PlateSquare {
-            x: (width as f32 - height as f32) / 2.0,
-            y: 0.0,
-            side: height as f32,
-        };
+        let square =
+            PlateSquare { x: (width as f32 - height as f32) / 2.0, y: 0.0, side: height as f32 };
         let share = width as f32 / height as f32;
         let working = Mask::from_fn(LIGHT, LIGHT, |x, y| {
             let across = (x as f32 + 0.5 - 0.5 * LIGHT as f32) / share + 0.5 * LIGHT as f32;
@@ -137,16 +129,10 @@ fn times(options: &Options) -> Result<()> {
             let ms = timed(options.rounds, || {
                 yaw_deg += 1.0;
                 let lamp = |l: usize| [0.02 + 0.001 * ((l as f32 + yaw_deg).sin() + 1.0); 3];
-                let weights = LightWeights {
-                    per_lamp: (0..LAMPS).map(lamp).collect(),
-                    uncovered: 0.0,
-                };
-                let scene = Scene {
-                    yaw_deg,
-                    background,
-                    output: Output::Display,
-                    ..Scene::default()
-                };
+                let weights =
+                    LightWeights { per_lamp: (0..LAMPS).map(lamp).collect(), uncovered: 0.0 };
+                let scene =
+                    Scene { yaw_deg, background, output: Output::Display, ..Scene::default() };
                 let of = Ingredients {
                     field: &field,
                     mask: &working,
@@ -186,20 +172,12 @@ fn times(options: &Options) -> Result<()> {
 type Method = fn(&Image, &Mask, &Shot) -> Image;
 
 const METHODS: [(&str, Method); 7] = [
-    ("enlarged, bilinear", |relit, mask, shot| {
-        normalized(relit, mask, shot.size(), resize)
-    }),
-    ("enlarged, bicubic", |relit, mask, shot| {
-        normalized(relit, mask, shot.size(), bicubic)
-    }),
+    ("enlarged, bilinear", |relit, mask, shot| normalized(relit, mask, shot.size(), resize)),
+    ("enlarged, bicubic", |relit, mask, shot| normalized(relit, mask, shot.size(), bicubic)),
     ("guided filter", guided),
     ("joint bilateral ratio", joint_bilateral),
-    ("log ratio, bilinear", |relit, mask, shot| {
-        log_ratio(relit, mask, shot, resize)
-    }),
-    ("log ratio, bicubic", |relit, mask, shot| {
-        log_ratio(relit, mask, shot, bicubic)
-    }),
+    ("log ratio, bilinear", |relit, mask, shot| log_ratio(relit, mask, shot, resize)),
+    ("log ratio, bicubic", |relit, mask, shot| log_ratio(relit, mask, shot, bicubic)),
     ("**pass `plate`**", |relit, mask, shot| {
         let mut relit = relit.clone();
         cover(&mut relit, mask);
@@ -279,9 +257,7 @@ fn bicubic(image: &Image, width: usize, height: usize) -> Image {
         }
         sum
     };
-    let wide = Image::from_fn(width, image.height, |x, y| {
-        sum(&columns[x], &|i| image.at(i, y))
-    });
+    let wide = Image::from_fn(width, image.height, |x, y| sum(&columns[x], &|i| image.at(i, y)));
     Image::from_fn(width, height, |x, y| sum(&rows[y], &|i| wide.at(x, i)))
 }
 
@@ -300,10 +276,7 @@ fn log_ratio(relit: &Image, mask: &Mask, shot: &Shot, enlarge: Enlarge<[f32; 3]>
     let log = |(a, b): (&[f32; 3], &[f32; 3])| {
         [0, 1, 2].map(|c| ((a[c].max(0.0) + 1e-3 * floor) / (b[c] + floor)).ln())
     };
-    let log = Image {
-        pixels: pairs.map(log).collect(),
-        ..*relit
-    };
+    let log = Image { pixels: pairs.map(log).collect(), ..*relit };
     // Shifted, because what is not covered counts as 0.
     let least = log.pixels.iter().flatten().copied().fold(0f32, f32::min);
     let shifted = log.map(|pixel| pixel.map(|v| v - least));
@@ -335,10 +308,8 @@ fn joint_bilateral(relit: &Image, mask: &Mask, shot: &Shot) -> Image {
                 if !inside {
                     continue;
                 }
-                let (near, look) = (
-                    relit.at(i as usize, j as usize),
-                    shot.look.at(i as usize, j as usize),
-                );
+                let (near, look) =
+                    (relit.at(i as usize, j as usize), shot.look.at(i as usize, j as usize));
                 let apart = (u - i).powi(2) + (v - j).powi(2);
                 let differs = (own - grey(look)).powi(2);
                 let weight = mask.at(i as usize, j as usize)
@@ -378,10 +349,7 @@ fn guided(relit: &Image, mask: &Mask, shot: &Shot) -> Image {
     let slopes = Image::from_fn(columns, rows, |x, y| [0, 1, 2].map(|c| line(x, y, c).0));
     let offsets = Image::from_fn(columns, rows, |x, y| [0, 1, 2].map(|c| line(x, y, c).1));
     let (width, height) = shot.size();
-    let (slopes, offsets) = (
-        resize(&slopes, width, height),
-        resize(&offsets, width, height),
-    );
+    let (slopes, offsets) = (resize(&slopes, width, height), resize(&offsets, width, height));
     Image::from_fn(width, height, |x, y| {
         let (slope, offset, light) = (slopes.at(x, y), offsets.at(x, y), shot.light.at(x, y));
         [0, 1, 2].map(|c| (slope[c] * light[c] + offset[c]).max(0.0))
@@ -403,12 +371,8 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
             Ok((named.name.clone(), weights.per_lamp))
         });
         let environments: Vec<(String, Vec<[f32; 3]>)> = environments.collect::<Result<_>>()?;
-        let frames: Vec<usize> = truth
-            .frames
-            .iter()
-            .copied()
-            .filter(|&f| truth.has_olats(f))
-            .collect();
+        let frames: Vec<usize> =
+            truth.frames.iter().copied().filter(|&f| truth.has_olats(f)).collect();
         let device = Device::flex();
         let predictor = OlatPredictor::open(&project, &calibration, &device)?
             .with_detail(&project, &calibration)?;

@@ -65,10 +65,7 @@ fn main() -> Result<()> {
     }
     if options.json {
         let machine = Machine::this();
-        println!(
-            "{}",
-            json!({"machine": machine, "threads": threads, "rows": rows})
-        );
+        println!("{}", json!({"machine": machine, "threads": threads, "rows": rows}));
     }
     Ok(())
 }
@@ -93,15 +90,11 @@ fn race(size: usize, options: &Options) -> Result<Vec<Row>> {
         width: size,
         height: size,
         lamps,
-        values: (0..lamps * 3 * size * size)
-            .into_par_iter()
-            .map(value)
-            .collect(),
+        values: (0..lamps * 3 * size * size).into_par_iter().map(value).collect(),
     };
     let half = HalfField::from(&full);
-    let weights: Vec<[f32; 3]> = (0..lamps)
-        .map(|l| [0.01 * l as f32 + 0.1, 0.3, 1.0 / (1 + l) as f32])
-        .collect();
+    let weights: Vec<[f32; 3]> =
+        (0..lamps).map(|l| [0.01 * l as f32 + 0.1, 0.3, 1.0 / (1 + l) as f32]).collect();
     let lit = lit_lamps(&weights);
     let mut python = match std::env::var(PYTHON) {
         Ok(python) if !python.is_empty() => Some(Peer::start(&python, size, options)?),
@@ -182,10 +175,7 @@ fn read(words: &[u32]) -> u32 {
         }
         sums.into_iter().fold(0, u32::wrapping_add)
     };
-    words
-        .par_chunks(1 << 16)
-        .map(add)
-        .reduce(|| 0, u32::wrapping_add)
+    words.par_chunks(1 << 16).map(add).reduce(|| 0, u32::wrapping_add)
 }
 
 /// Seconds of each run of a turn.

@@ -39,10 +39,7 @@ fn session() -> Option<PathBuf> {
 fn own() -> PathBuf {
     let cache = dirs::cache_dir().unwrap_or_else(|| "/nonexistent".into());
     let folder = cache.join("afterlight").join("runtime");
-    let _ = std::fs::DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(&folder);
+    let _ = std::fs::DirBuilder::new().recursive(true).mode(0o700).create(&folder);
     folder
 }
 
@@ -52,12 +49,9 @@ mod tests {
 
     #[test]
     fn only_an_absolute_path_names_a_folder() {
-        for (folder, valid) in [
-            (None, false),
-            (Some(""), false),
-            (Some("run"), false),
-            (Some("/run/user/7"), true),
-        ] {
+        for (folder, valid) in
+            [(None, false), (Some(""), false), (Some("run"), false), (Some("/run/user/7"), true)]
+        {
             assert_eq!(is_valid(folder.map(OsStr::new)), valid, "{folder:?}");
         }
     }

@@ -19,30 +19,13 @@ fn has_keys(figures: &Value, keys: &[&str]) {
 fn a_small_shoot_goes_all_the_way() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    succeed(
-        at,
-        &[
-            "stage", "shoot", "--size", "32", "--frames", "8", "--lamps", "12", "--json",
-        ],
-    );
-    succeed(
-        at,
-        &[
-            "import", "film", "--shoot", "shoot", "--size", "32", "--json",
-        ],
-    );
+    succeed(at, &["stage", "shoot", "--size", "32", "--frames", "8", "--lamps", "12", "--json"]);
+    succeed(at, &["import", "film", "--shoot", "shoot", "--size", "32", "--json"]);
 
     let calibration = succeed(at, &["calibrate", "film", "--json"]);
     has_keys(
         &calibration,
-        &[
-            "gamma1",
-            "gamma2",
-            "exposure",
-            "interview_weights",
-            "uncovered_energy",
-            "lamps",
-        ],
+        &["gamma1", "gamma2", "exposure", "interview_weights", "uncovered_energy", "lamps"],
     );
     let given = succeed(at, &["calibrate", "film", "--gamma", "srgb", "--json"]);
     assert_eq!(given["curve"], "srgb");
@@ -54,88 +37,36 @@ fn a_small_shoot_goes_all_the_way() {
     let lamps = calibration["lamps"].as_array().unwrap();
     assert_eq!(lamps.len(), 12);
     has_keys(&lamps[0], &["name", "direction", "energy", "confidence"]);
-    assert_eq!(
-        calibration["interview_weights"][0]
-            .as_array()
-            .unwrap()
-            .len(),
-        3
-    );
+    assert_eq!(calibration["interview_weights"][0].as_array().unwrap().len(), 3);
 
     // Before any training the exemplars are carried over, and it is said.
-    let untrained = [
-        "relight",
-        "film",
-        "--environment",
-        "nave",
-        "--frames",
-        "0",
-        "--to",
-        "untrained.png",
-    ];
+    let untrained =
+        ["relight", "film", "--environment", "nave", "--frames", "0", "--to", "untrained.png"];
     let said = afterlight(at, &untrained);
     assert_eq!(said.status.code(), Some(0));
     let said = String::from_utf8_lossy(&said.stderr).into_owned();
     assert!(said.contains("No network is trained yet"), "{said}");
     assert!(at.join("untrained.png").exists());
-    let untrained = [
-        "evaluate", "film", "--truth", "shoot", "--device", "cpu", "--json",
-    ];
+    let untrained = ["evaluate", "film", "--truth", "shoot", "--device", "cpu", "--json"];
     let untrained = succeed(at, &untrained);
     assert_eq!(untrained["method"], "prediction");
     assert_eq!(untrained["training_steps"], Value::Null);
-    let refused = fail(
-        at,
-        &["evaluate", "film", "--truth", "shoot", "--with", "network"],
-    );
+    let refused = fail(at, &["evaluate", "film", "--truth", "shoot", "--with", "network"]);
     assert!(refused.contains("afterlight train"), "{refused}");
 
-    let train = [
-        "train",
-        "film",
-        "--epochs",
-        "1",
-        "--exclude-truth",
-        "shoot",
-        "--device",
-        "cpu",
-        "--json",
-    ];
+    let train =
+        ["train", "film", "--epochs", "1", "--exclude-truth", "shoot", "--device", "cpu", "--json"];
     let trained = succeed(at, &train);
     has_keys(
         &trained,
-        &[
-            "steps",
-            "seconds",
-            "features",
-            "device",
-            "parameters",
-            "loss_rec",
-            "loss_render",
-        ],
+        &["steps", "seconds", "features", "device", "parameters", "loss_rec", "loss_render"],
     );
     assert_eq!(trained["steps"], 6);
 
-    let scores = succeed(
-        at,
-        &[
-            "evaluate",
-            "film",
-            "--truth",
-            "shoot",
-            "--sheet",
-            "sheet.png",
-            "--json",
-        ],
-    );
+    let scores =
+        succeed(at, &["evaluate", "film", "--truth", "shoot", "--sheet", "sheet.png", "--json"]);
     has_keys(&scores, &["relit_psnr_db", "olat_psnr_db", "frames"]);
-    assert!(
-        scores["relit_psnr_db"]
-            .as_object()
-            .unwrap()
-            .values()
-            .all(Value::is_number)
-    );
+    assert!(scores["relit_psnr_db"].as_object().unwrap().values().all(Value::is_number));
     assert!(at.join("sheet.png").exists());
 
     let page = at.join("review.html");
@@ -164,10 +95,7 @@ fn a_small_shoot_goes_all_the_way() {
     let pooled = reviewed["unseen"]["psnr_db"].as_f64().unwrap();
     let errors = by_frame.iter().map(|db| 10f64.powf(-db / 10.0));
     let mean = -10.0 * (errors.sum::<f64>() / by_frame.len() as f64).log10();
-    assert!(
-        (pooled - mean).abs() < 1e-6,
-        "{pooled} dB, {mean} dB by evaluate"
-    );
+    assert!((pooled - mean).abs() < 1e-6, "{pooled} dB, {mean} dB by evaluate");
     let text = std::fs::read_to_string(&page).unwrap();
     assert_eq!(text.matches("<figure>").count(), 12);
     assert!(text.ends_with("</html>\n") && text.matches("data:image/png").count() == 3 * 12 + 12);
@@ -228,25 +156,12 @@ fn a_small_shoot_goes_all_the_way() {
     assert!(figure("residual") <= figure("brightest") / 2048.0);
     assert!(at.join("out_2.0003.exr").exists());
     let checked = succeed(at, &["check", "out_2.0003.exr", "--strict", "--json"]);
-    assert_eq!(
-        (&checked["layers"], &checked["level"]),
-        (&Value::from(12), &Value::from("green"))
-    );
+    assert_eq!((&checked["layers"], &checked["level"]), (&Value::from(12), &Value::from("green")));
     shots_are_certified(at);
     configurations_decide_colors(at);
     exports_go_on(at);
-    let refused = fail(
-        at,
-        &[
-            "relight",
-            "film",
-            "--environment",
-            "nave",
-            "--layers",
-            "--to",
-            "x.mp4",
-        ],
-    );
+    let refused =
+        fail(at, &["relight", "film", "--environment", "nave", "--layers", "--to", "x.mp4"]);
     assert!(refused.contains("%04d.exr"), "{refused}");
 
     if test_support::ffmpeg() {
@@ -267,11 +182,7 @@ fn a_small_shoot_goes_all_the_way() {
     // More training on all frames makes the truth's frames known to the network. It goes on where no driver of a GPU is found.
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterlight"));
     command.args(["train", "film", "--epochs", "2", "--device", "cpu"]);
-    for drivers in [
-        "VK_DRIVER_FILES",
-        "VK_ICD_FILENAMES",
-        "__EGL_VENDOR_LIBRARY_FILENAMES",
-    ] {
+    for drivers in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "__EGL_VENDOR_LIBRARY_FILENAMES"] {
         command.env(drivers, "/dev/null");
     }
     let output = command.current_dir(at).output().unwrap();
@@ -284,43 +195,22 @@ fn a_small_shoot_goes_all_the_way() {
 /// The two frames of a shot with their light layers, as they are handed on.
 fn shots_are_certified(at: &Path) {
     let shot = ["check", "out_2.####.exr", "--frames", "2-3"];
-    let written = [
-        &shot[..],
-        &["--certificate", "out_2.json", "--strict", "--json"],
-    ]
-    .concat();
+    let written = [&shot[..], &["--certificate", "out_2.json", "--strict", "--json"]].concat();
     let certificate = succeed(at, &written);
     has_keys(
         &certificate,
-        &[
-            "sentence",
-            "faults",
-            "remarks",
-            "time_code",
-            "made_of",
-            "files",
-            "sha256",
-        ],
+        &["sentence", "faults", "remarks", "time_code", "made_of", "files", "sha256"],
     );
     assert_eq!(certificate["passed"], true);
     assert_eq!(certificate["layers"]["layers"], 12);
     has_keys(
         &certificate["made_of"],
-        &[
-            "version",
-            "project",
-            "checkpoint",
-            "environment",
-            "settings",
-        ],
+        &["version", "project", "checkpoint", "environment", "settings"],
     );
     assert_eq!(succeed(at, &["check", "out_2.json", "--json"])["same"], 2);
     let said = afterlight(at, &shot).stdout;
     let said = String::from_utf8_lossy(&said).into_owned();
-    assert!(
-        said.contains("2 frames 2-3") && said.lines().count() == 1,
-        "{said}"
-    );
+    assert!(said.contains("2 frames 2-3") && said.lines().count() == 1, "{said}");
     let refused = fail(at, &["check", "out_2.%04d.exr", "--frames", "2-9"]);
     assert!(refused.contains("4-9"), "{refused}");
     // A frame that another network made, or that was made under other light, is none of the shot.
@@ -335,15 +225,9 @@ fn shots_are_certified(at: &Path) {
     succeed(at, &["check", "out_2.json", "--json"]);
     for (arguments, wanted) in [
         (&["check", "film", "--frames", "1-2"][..], "no shot"),
-        (
-            &["check", "out_2.json", "--environment", "nave"],
-            "no environment",
-        ),
+        (&["check", "out_2.json", "--environment", "nave"], "no environment"),
         (&["check", "none.####.exr"], "none.####.exr"),
-        (
-            &["check", "film/project.toml", "out_2.0002.exr"],
-            "different folders",
-        ),
+        (&["check", "film/project.toml", "out_2.0002.exr"], "different folders"),
     ] {
         let refused = fail(at, arguments);
         assert!(refused.contains(wanted), "{arguments:?}: {refused}");
@@ -353,22 +237,11 @@ fn shots_are_certified(at: &Path) {
 /// Colours that an OpenColorIO configuration decides, named or remembered by the project.
 fn configurations_decide_colors(at: &Path) {
     let chosen = succeed(at, &["ocio", "film", "--use", "ocio://default", "--json"]);
-    has_keys(
-        &chosen,
-        &["displays", "looks", "roles", "spaces", "working"],
-    );
+    has_keys(&chosen, &["displays", "looks", "roles", "spaces", "working"]);
     let kept = std::fs::read_to_string(at.join("film/project.toml")).unwrap();
     assert!(kept.contains("color_config = \"ocio://default\""), "{kept}");
     let relight = |to: &str, more: &[&str]| {
-        let asked = [
-            "relight",
-            "film",
-            "--environment",
-            "nave",
-            "--frames",
-            "2-2",
-            "--json",
-        ];
+        let asked = ["relight", "film", "--environment", "nave", "--frames", "2-2", "--json"];
         let asked = [&asked[..], &["--to", to], more].concat();
         succeed(at, &asked);
         std::fs::read(at.join(to)).unwrap()
@@ -380,37 +253,21 @@ fn configurations_decide_colors(at: &Path) {
         ["plain.png", "shown.png"].map(|name| read_encoded(&at.join(name)).unwrap());
     assert!(before != after);
     relight("aces.exr", &["--ocio-space", "scene_linear", "--layers"]);
-    assert_eq!(
-        succeed(at, &["check", "aces.exr", "--json"])["level"],
-        "green"
-    );
+    assert_eq!(succeed(at, &["check", "aces.exr", "--json"])["level"], "green");
     let header = std::fs::read(at.join("aces.exr")).unwrap();
     assert!(header.windows(13).any(|part| part == b"lin_ap1_scene"));
     let refused = |more: &[&str]| {
-        let asked = [
-            "relight",
-            "film",
-            "--environment",
-            "nave",
-            "--frames",
-            "2-2",
-        ];
+        let asked = ["relight", "film", "--environment", "nave", "--frames", "2-2"];
         fail(at, &[&asked[..], more].concat())
     };
     let unknown = refused(&["--to", "a.png", "--ocio-view", "Sepia"]);
-    assert!(
-        unknown.contains("Sepia") && unknown.contains("ACES 2.0"),
-        "{unknown}"
-    );
+    assert!(unknown.contains("Sepia") && unknown.contains("ACES 2.0"), "{unknown}");
     let linear = refused(&["--to", "a.exr", "--ocio-view", "Raw"]);
     assert!(linear.contains("linear light"), "{linear}");
     let grain = refused(&["--to", "a.png", "--ocio-view", "Raw", "--grain", "0.5"]);
     assert!(grain.contains("grain"), "{grain}");
     assert!(fail(at, &["ocio", "film", "--use", "gone.ocio"]).contains("gone.ocio"));
-    assert_eq!(
-        succeed(at, &["ocio", "film", "--use", "none", "--json"])["config"],
-        Value::Null
-    );
+    assert_eq!(succeed(at, &["ocio", "film", "--use", "none", "--json"])["config"], Value::Null);
     // A variable that names one changes nothing by itself.
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterlight"));
     command.args([
@@ -423,11 +280,7 @@ fn configurations_decide_colors(at: &Path) {
         "--to",
         "again.png",
     ]);
-    let done = command
-        .env("OCIO", "ocio://default")
-        .current_dir(at)
-        .output()
-        .unwrap();
+    let done = command.env("OCIO", "ocio://default").current_dir(at).output().unwrap();
     assert!(done.status.success());
     assert_eq!(std::fs::read(at.join("again.png")).unwrap(), plain);
     let listed = afterlight(at, &["ocio", "--ocio", "ocio://default"]).stdout;
@@ -446,11 +299,7 @@ fn relit(at: &Path, arguments: &[&str]) -> String {
 
 /// An export that was stopped goes on: what was made of the same stays, everything else is made again.
 fn exports_go_on(at: &Path) {
-    for (to, ending) in [
-        ("go.%02d.png", "png"),
-        ("go.%02d.tif", "tif"),
-        ("go.%02d.exr", "exr"),
-    ] {
+    for (to, ending) in [("go.%02d.png", "png"), ("go.%02d.tif", "tif"), ("go.%02d.exr", "exr")] {
         let relight = |yaw: &str| {
             let asked = [
                 "relight",
@@ -469,18 +318,11 @@ fn exports_go_on(at: &Path) {
                 "--json",
             ];
             let relit = succeed(at, &asked);
-            has_keys(
-                &relit["stages"],
-                &["read_ms", "make_ms", "write_ms", "frame_ms"],
-            );
+            has_keys(&relit["stages"], &["read_ms", "make_ms", "write_ms", "frame_ms"]);
             relit["kept"].as_u64().unwrap()
         };
         let file = |frame: usize| at.join(format!("go.{frame:02}.{ending}"));
-        let read = || {
-            (1..=4)
-                .map(|frame| std::fs::read(file(frame)).unwrap())
-                .collect::<Vec<_>>()
-        };
+        let read = || (1..=4).map(|frame| std::fs::read(file(frame)).unwrap()).collect::<Vec<_>>();
         assert_eq!(relight("10"), 0);
         let whole = read();
         // A kill leaves some of the frames; a hand may leave half of one.
@@ -495,18 +337,8 @@ fn exports_go_on(at: &Path) {
         assert_eq!(relight("11"), 0, "another look");
         assert!(read() != whole);
     }
-    let refused = fail(
-        at,
-        &[
-            "relight",
-            "film",
-            "--environment",
-            "nave",
-            "--resume",
-            "--to",
-            "x.mp4",
-        ],
-    );
+    let refused =
+        fail(at, &["relight", "film", "--environment", "nave", "--resume", "--to", "x.mp4"]);
     assert!(refused.contains("written whole"), "{refused}");
     test_support::shown!(Accidents, "An export of stills is stopped or killed, and asked for again with --resume",
         danger: "hours are lost, or frames of an older look stay among the new ones",
@@ -541,10 +373,7 @@ fn keys_of_a_file_are_followed(at: &Path) {
     assert!(refused("nowhere.json").contains("nowhere.json"));
     std::fs::write(at.join("wrong.json"), r#"{"tilt": {"keys": []}}"#).unwrap();
     let said = refused("wrong.json");
-    assert!(
-        said.contains("wrong.json") && said.contains("tilt"),
-        "{said}"
-    );
+    assert!(said.contains("wrong.json") && said.contains("tilt"), "{said}");
 }
 
 fn fields_are_kept_as_asked(at: &Path) {
@@ -571,10 +400,7 @@ fn kernels_are_timed_once(at: &Path) {
         }
         let timed = std::fs::read_to_string(&log).unwrap();
         // A build without the store times them in every process.
-        assert_eq!(
-            timed.contains("Fastest result"),
-            first || !cfg!(feature = "keep-autotune")
-        );
+        assert_eq!(timed.contains("Fastest result"), first || !cfg!(feature = "keep-autotune"));
         std::fs::remove_file(&log).unwrap();
     }
 }
@@ -596,36 +422,15 @@ fn fronts_are_yaws_and_are_remembered(at: &Path) {
     let turned = picture("yard.exr", &["--yaw", "90"]);
     assert_ne!(plain, turned);
     assert_eq!(picture("yard.exr", &["--front", "blender"]), turned);
-    assert_eq!(
-        picture("yard.exr", &["--front", "90", "--yaw", "-90"]),
-        plain
-    );
+    assert_eq!(picture("yard.exr", &["--front", "90", "--yaw", "-90"]), plain);
 
-    let add = [
-        "environments",
-        "film",
-        "--add",
-        "yard.exr",
-        "--front",
-        "blender",
-        "--json",
-    ];
+    let add = ["environments", "film", "--add", "yard.exr", "--front", "blender", "--json"];
     let listed = succeed(at, &add);
     let entry = listed["environments"].as_array().unwrap().last().unwrap();
-    assert_eq!(
-        (&entry["name"], &entry["front"]),
-        (&"yard".into(), &90.0.into())
-    );
-    assert_eq!(
-        (&entry["added"], &entry["missing"]),
-        (&true.into(), &false.into())
-    );
+    assert_eq!((&entry["name"], &entry["front"]), (&"yard".into(), &90.0.into()));
+    assert_eq!((&entry["added"], &entry["missing"]), (&true.into(), &false.into()));
     assert_eq!(picture("yard", &[]), turned);
-    assert_eq!(
-        picture("yard.exr", &[]),
-        turned,
-        "it is known by its file too"
-    );
+    assert_eq!(picture("yard.exr", &[]), turned, "it is known by its file too");
     assert_eq!(picture("yard", &["--front", "afterlight"]), plain);
     succeed(at, &["environments", "film", "--remove", "yard", "--json"]);
     assert_eq!(picture("yard.exr", &[]), plain);
@@ -637,12 +442,7 @@ fn fronts_are_yaws_and_are_remembered(at: &Path) {
 fn a_shoot_with_a_hole_is_refused_by_the_files_name() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    succeed(
-        at,
-        &[
-            "stage", "shoot", "--size", "16", "--frames", "1", "--lamps", "4", "--json",
-        ],
-    );
+    succeed(at, &["stage", "shoot", "--size", "16", "--frames", "1", "--lamps", "4", "--json"]);
 
     let olat = at.join("shoot/exemplars/pose01/olat_02.png");
     let bytes = std::fs::read(&olat).unwrap();
@@ -656,18 +456,10 @@ fn a_shoot_with_a_hole_is_refused_by_the_files_name() {
 
     image::RgbImage::new(8, 16).save(&olat).unwrap();
     let refused = fail(at, &["import", "film", "--shoot", "shoot", "--size", "16"]);
-    assert!(
-        refused.contains("pose01/olat_02.png") && refused.contains("8 × 16"),
-        "{refused}"
-    );
+    assert!(refused.contains("pose01/olat_02.png") && refused.contains("8 × 16"), "{refused}");
 
     std::fs::write(&olat, bytes).unwrap();
-    succeed(
-        at,
-        &[
-            "import", "film", "--shoot", "shoot", "--size", "16", "--json",
-        ],
-    );
+    succeed(at, &["import", "film", "--shoot", "shoot", "--size", "16", "--json"]);
     let project = std::fs::read_to_string(at.join("film/project.toml")).unwrap();
     assert!(project.contains("folder = \"../shoot\""), "{project}");
     let refused = fail(at, &["import", "film", "--shoot", "shoot", "--size", "16"]);
@@ -682,10 +474,7 @@ fn a_project_is_checked_and_a_strict_check_stops_a_pipeline() {
     let unknown = succeed(at, &["check", "film", "--environment", "nave", "--json"]);
     assert_eq!(unknown["level"], "unknown");
     let checks = unknown["checks"].as_array().unwrap();
-    has_keys(
-        &checks[0],
-        &["subject", "environment", "level", "sentence", "remedy"],
-    );
+    has_keys(&checks[0], &["subject", "environment", "level", "sentence", "remedy"]);
     assert_eq!(checks.last().unwrap()["environment"], "nave");
     let strict = ["check", "film", "--strict", "--json"];
     assert!(fail(at, &strict).contains("not green"));
@@ -699,17 +488,8 @@ fn a_project_is_checked_and_a_strict_check_stops_a_pipeline() {
     let text = afterlight(at, &["check", "film"]).stdout;
     let text = String::from_utf8(text).unwrap();
     // The last line leads to the hard cases.
-    assert_eq!(
-        text.lines().count(),
-        known["checks"].as_array().unwrap().len() + 1
-    );
-    assert!(
-        text.trim_end()
-            .lines()
-            .last()
-            .unwrap()
-            .contains("docs/stability.md")
-    );
+    assert_eq!(text.lines().count(), known["checks"].as_array().unwrap().len() + 1);
+    assert!(text.trim_end().lines().last().unwrap().contains("docs/stability.md"));
     assert!(text.contains("Camera response"), "{text}");
     assert!(fail(at, &["check", "film", "--environment", "none.hdr"]).contains("none.hdr"));
     assert!(fail(at, &["check", "nowhere"]).contains("nowhere"));
@@ -724,11 +504,7 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
         &["relight", "film", "--yaw"],
         &["--nonsense"],
     ] {
-        assert_eq!(
-            afterlight(folder.path(), wrong).status.code(),
-            Some(2),
-            "{wrong:?}"
-        );
+        assert_eq!(afterlight(folder.path(), wrong).status.code(), Some(2), "{wrong:?}");
     }
     let relight = ["relight", "film", "--environment", "nave", "--to", "x.png"];
     let probe = ["probe", "ball.png", "--to", "x.exr"];
@@ -743,22 +519,14 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
         (&relight, "--grain nan", "from 0 to 4"),
         (&relight, "--size -16", "from 16 to 8192"),
         (&relight, "--light 0,0,nan,1", "AZIMUTH"),
-        (
-            &relight,
-            "--yaw-keys 0:nan",
-            "neither may exceed 1000000000",
-        ),
+        (&relight, "--yaw-keys 0:nan", "neither may exceed 1000000000"),
         (&relight, "--front inf", "degrees of yaw"),
         (&probe, "--fov nan", "from 0.1 to 179"),
         (&probe, "--height -1", "from 1 to 4096"),
         (&probe, "--reflectivity 1,nan,1", "from 0.01 to 1"),
         (&probe, "--stops inf", "from -40 to 40"),
         (&["stage", "x"], "--ambient nan", "from 0 to 0.9"),
-        (
-            &["import", "x", "--shoot", "y"],
-            "--size 100",
-            "from 16 to 1024",
-        ),
+        (&["import", "x", "--shoot", "y"], "--size 100", "from 16 to 1024"),
         (&["train", "x"], "--set shift=-1", "from 0 to 0.5"),
         (&["train", "x"], "--set learning-rate=nan", "from 0 to 1"),
         (&["train", "x"], "--set rendering-every=0", "from 1 to"),
@@ -803,16 +571,10 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
     ] {
         let help = afterlight(folder.path(), &[command, "--help"]);
         assert_eq!(help.status.code(), Some(0));
-        assert!(
-            String::from_utf8_lossy(&help.stdout).contains("Example: afterlight"),
-            "{command}"
-        );
+        assert!(String::from_utf8_lossy(&help.stdout).contains("Example: afterlight"), "{command}");
     }
     let missing = fail(folder.path(), &["calibrate", "nowhere"]);
-    assert!(
-        missing.contains("nowhere") && missing.contains("afterlight import"),
-        "{missing}"
-    );
+    assert!(missing.contains("nowhere") && missing.contains("afterlight import"), "{missing}");
 }
 
 /// A script may close the other end, and a disk may be full.
@@ -830,19 +592,11 @@ fn output_that_nobody_takes_is_no_crash() {
         command.stderr(Stdio::piped());
         command
     };
-    let full = || {
-        std::fs::File::options()
-            .write(true)
-            .open("/dev/full")
-            .unwrap()
-    };
+    let full = || std::fs::File::options().write(true).open("/dev/full").unwrap();
     let output = check().stdout(full()).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(
-        said.contains("stdout") && said.contains("work itself is done"),
-        "{said}"
-    );
+    assert!(said.contains("stdout") && said.contains("work itself is done"), "{said}");
     // Nothing can be said then, and the exit code still tells.
     let output = check().stdout(full()).stderr(full()).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
@@ -851,10 +605,8 @@ fn output_that_nobody_takes_is_no_crash() {
     // The reader goes before the first line is written.
     let mut gone = check().stdout(Stdio::piped()).spawn().unwrap();
     drop(gone.stdout.take());
-    let said: Vec<String> = BufReader::new(gone.stderr.take().unwrap())
-        .lines()
-        .map_while(Result::ok)
-        .collect();
+    let said: Vec<String> =
+        BufReader::new(gone.stderr.take().unwrap()).lines().map_while(Result::ok).collect();
     assert_eq!(gone.wait().unwrap().code(), Some(0), "{said:?}");
     test_support::shown!(
         Surroundings,
@@ -888,22 +640,13 @@ fn repaint(path: &Path, change: impl Fn(image::RgbImage) -> image::RgbImage) {
 fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let stage = [
-        "stage", "shoot", "--size", "64", "--frames", "2", "--lamps", "12", "--json",
-    ];
+    let stage = ["stage", "shoot", "--size", "64", "--frames", "2", "--lamps", "12", "--json"];
     succeed(at, &stage);
-    succeed(
-        at,
-        &[
-            "import", "film", "--shoot", "shoot", "--size", "32", "--json",
-        ],
-    );
+    succeed(at, &["import", "film", "--shoot", "shoot", "--size", "32", "--json"]);
     succeed(at, &["calibrate", "film", "--json"]);
     let (project, shoot) = (contents(&at.join("film")), contents(&at.join("shoot")));
-    let balls: Vec<_> = shoot
-        .keys()
-        .filter(|path| path.parent().unwrap().ends_with("probes"))
-        .collect();
+    let balls: Vec<_> =
+        shoot.keys().filter(|path| path.parent().unwrap().ends_with("probes")).collect();
     let all_balls = |level: u8| {
         for path in &balls {
             repaint(path, |picture| {
@@ -921,24 +664,14 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
         |path: &Path| repaint(path, |picture| image::imageops::thumbnail(&picture, 16, 16));
     type Fault<'a> = &'a dyn Fn();
     let cases: [(&str, Fault, &[&str], [&str; 2]); 11] = [
-        (
-            "black balls",
-            &|| all_balls(0),
-            &[],
-            ["interview.png", "expose them"],
-        ),
+        ("black balls", &|| all_balls(0), &[], ["interview.png", "expose them"]),
         (
             "black balls, looked for",
             &|| all_balls(0),
             &["--find-ball"],
             ["interview.png", "more light"],
         ),
-        (
-            "clipped balls",
-            &|| all_balls(255),
-            &[],
-            ["interview.png", "clipped everywhere"],
-        ),
+        ("clipped balls", &|| all_balls(255), &[], ["interview.png", "clipped everywhere"]),
         (
             "clipped balls, looked for",
             &|| all_balls(255),
@@ -955,30 +688,10 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
             &["--find-ball"],
             ["interview.png", "set the circle by hand"],
         ),
-        (
-            "five pixels",
-            &|| (),
-            &["--circle", "32,32,5"],
-            ["interview.png", "closer"],
-        ),
-        (
-            "a ball's size",
-            &|| smaller(&ball),
-            &[],
-            ["probes/olat_03.png", "uncropped"],
-        ),
-        (
-            "an OLAT's size",
-            &|| smaller(&olat),
-            &[],
-            ["pose01/olat_03.png", "matte"],
-        ),
-        (
-            "no OLAT",
-            &|| std::fs::remove_file(&olat).unwrap(),
-            &[],
-            ["pose01/olat_03.png", "Check"],
-        ),
+        ("five pixels", &|| (), &["--circle", "32,32,5"], ["interview.png", "closer"]),
+        ("a ball's size", &|| smaller(&ball), &[], ["probes/olat_03.png", "uncropped"]),
+        ("an OLAT's size", &|| smaller(&olat), &[], ["pose01/olat_03.png", "matte"]),
+        ("no OLAT", &|| std::fs::remove_file(&olat).unwrap(), &[], ["pose01/olat_03.png", "Check"]),
         (
             "no ball's photograph",
             &|| std::fs::remove_file(&ball).unwrap(),
@@ -988,9 +701,7 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
         (
             "a black subject",
             &|| {
-                for path in shoot
-                    .keys()
-                    .filter(|path| path.to_string_lossy().contains("exemplars"))
+                for path in shoot.keys().filter(|path| path.to_string_lossy().contains("exemplars"))
                 {
                     repaint(path, |picture| {
                         image::RgbImage::new(picture.width(), picture.height())
@@ -1007,10 +718,7 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
         arguments.extend(options);
         let sentence = fail(at, &arguments);
         println!("{what}: {sentence}");
-        assert!(
-            words.iter().all(|word| sentence.contains(word)),
-            "{what}: {sentence}"
-        );
+        assert!(words.iter().all(|word| sentence.contains(word)), "{what}: {sentence}");
         assert_eq!(contents(&at.join("film")), project, "{what}");
         for (path, bytes) in &shoot {
             std::fs::write(path, bytes).unwrap();
@@ -1019,25 +727,11 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
     // A NaN in a linear photograph is mended and counted.
     let mut light = image::Rgb32FImage::from_fn(64, 64, |x, y| {
         let r = (x as f32 - 31.5).hypot(y as f32 - 31.5);
-        image::Rgb(
-            [if r < 24.0 {
-                0.4 + 0.01 * x as f32
-            } else {
-                0.02
-            }; 3],
-        )
+        image::Rgb([if r < 24.0 { 0.4 + 0.01 * x as f32 } else { 0.02 }; 3])
     });
     light.put_pixel(30, 30, image::Rgb([f32::NAN, 1.0, 1.0]));
     light.save(at.join("ball.exr")).unwrap();
-    let probe = [
-        "probe",
-        "ball.exr",
-        "--circle",
-        "32,32,24",
-        "--to",
-        "light.exr",
-        "--json",
-    ];
+    let probe = ["probe", "ball.exr", "--circle", "32,32,24", "--to", "light.exr", "--json"];
     assert_eq!(succeed(at, &probe)["repaired_pixels"][0], 1);
 }
 
@@ -1046,13 +740,9 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
 fn nine_hundred_and_thirty_one_lamps_go_all_the_way() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let stage = [
-        "stage", "shoot", "--size", "32", "--frames", "1", "--lamps", "931", "--json",
-    ];
+    let stage = ["stage", "shoot", "--size", "32", "--frames", "1", "--lamps", "931", "--json"];
     succeed(at, &stage);
-    let import = [
-        "import", "film", "--shoot", "shoot", "--size", "16", "--json",
-    ];
+    let import = ["import", "film", "--shoot", "shoot", "--size", "16", "--json"];
     assert_eq!(succeed(at, &import)["lamps"], 931);
     // To fit the response as well takes minutes with so many.
     let truth = std::fs::read_to_string(at.join("shoot/truth.json")).unwrap();
@@ -1060,9 +750,7 @@ fn nine_hundred_and_thirty_one_lamps_go_all_the_way() {
     let gamma = format!("{},{}", truth["g1"], truth["g2"]);
     let calibrated = succeed(at, &["calibrate", "film", "--gamma", &gamma, "--json"]);
     assert_eq!(calibrated["lamps"].as_array().unwrap().len(), 931);
-    let train = [
-        "train", "film", "--epochs", "1", "--device", "cpu", "--json",
-    ];
+    let train = ["train", "film", "--epochs", "1", "--device", "cpu", "--json"];
     let trained = succeed(at, &train);
     assert_eq!(trained["skipped_steps"], 0);
     assert!(trained["loss_rec"].is_number(), "it is finite");
@@ -1084,9 +772,7 @@ fn nine_hundred_and_thirty_one_lamps_go_all_the_way() {
         let figure = |name: &str| relit["layers"][name].as_f64().unwrap();
         assert!(figure("residual") <= figure("brightest") / 2048.0);
     }
-    let refused = [
-        "stage", "larger", "--size", "16", "--frames", "1", "--lamps", "932",
-    ];
+    let refused = ["stage", "larger", "--size", "16", "--frames", "1", "--lamps", "932"];
     let refused = afterlight(at, &refused);
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("from 4 to 931"));
@@ -1100,10 +786,7 @@ fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
     }
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let made = succeed(
-        at,
-        &["demo", "--minutes", "0.05", "--device", "cpu", "--json"],
-    );
+    let made = succeed(at, &["demo", "--minutes", "0.05", "--device", "cpu", "--json"]);
     assert!(made["training"]["steps"].as_u64().unwrap() > 0);
     assert_eq!(made["training"]["skipped_steps"], 0);
     // The exemplars carried over are better than the baseline under every environment, and stay so.
@@ -1112,10 +795,7 @@ fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
     assert_eq!(prediction.len(), 2);
     for (environment, prediction) in &prediction {
         let [prediction, ratio] = [prediction, &ratio[environment]].map(|db| db.as_f64().unwrap());
-        assert!(
-            prediction > ratio + 1.0,
-            "{environment}: {prediction} dB, ratio {ratio} dB"
-        );
+        assert!(prediction > ratio + 1.0, "{environment}: {prediction} dB, ratio {ratio} dB");
     }
     assert_eq!(made["relight"]["frames"], 24);
     let probe = Command::new("ffprobe")
@@ -1144,10 +824,7 @@ fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
     };
     let before = made();
     let prepared = succeed(at, &["demo", "--prepare", "--json"]);
-    assert_eq!(
-        (&prepared["lamps"], &prepared["frames"]),
-        (&41.into(), &24.into())
-    );
+    assert_eq!((&prepared["lamps"], &prepared["frames"]), (&41.into(), &24.into()));
     let changed: Vec<_> = made()
         .into_iter()
         .filter(|(path, bytes)| before.get(path) != Some(bytes))
@@ -1160,13 +837,9 @@ fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
 fn a_project_that_another_writes_to_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let stage = [
-        "stage", "shoot", "--size", "16", "--frames", "1", "--lamps", "4", "--json",
-    ];
+    let stage = ["stage", "shoot", "--size", "16", "--frames", "1", "--lamps", "4", "--json"];
     succeed(at, &stage);
-    let import = [
-        "import", "film", "--shoot", "shoot", "--size", "16", "--name", "Anna", "--json",
-    ];
+    let import = ["import", "film", "--shoot", "shoot", "--size", "16", "--name", "Anna", "--json"];
     assert_eq!(succeed(at, &import)["name"], "Anna");
     let lock = afterlight::project::Lock::take(&at.join("film"), "a test").unwrap();
     let before = contents(&at.join("film"));
@@ -1183,26 +856,12 @@ fn a_project_that_another_writes_to_is_left_alone() {
     assert_eq!(contents(&at.join("film")), before);
     drop(lock);
 
-    let framed = [
-        "frame",
-        "film",
-        "--interview",
-        "-2,3,12",
-        "--padding",
-        "edge",
-        "--json",
-    ];
+    let framed = ["frame", "film", "--interview", "-2,3,12", "--padding", "edge", "--json"];
     let figures = succeed(at, &framed);
-    assert_eq!(
-        figures["interview"], figures["exemplars"],
-        "they have one size"
-    );
+    assert_eq!(figures["interview"], figures["exemplars"], "they have one size");
     assert_eq!(figures["interview"]["x"], -2);
     let project = std::fs::read_to_string(at.join("film/project.toml")).unwrap();
-    assert!(
-        project.contains("side = 12") && project.contains("padding = \"edge\""),
-        "{project}"
-    );
+    assert!(project.contains("side = 12") && project.contains("padding = \"edge\""), "{project}");
     let refused = fail(at, &["frame", "film", "--interview", "16,0,8"]);
     assert!(refused.contains("16 × 16"), "{refused}");
 }
@@ -1211,16 +870,11 @@ fn a_project_that_another_writes_to_is_left_alone() {
 fn swapped_olats_are_named_by_the_layout() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let stage = [
-        "stage", "shoot", "--size", "64", "--frames", "2", "--lamps", "12", "--json",
-    ];
+    let stage = ["stage", "shoot", "--size", "64", "--frames", "2", "--lamps", "12", "--json"];
     succeed(at, &stage);
     let probes = at.join("shoot/probes");
     let mut folders = vec![probes];
-    for entry in std::fs::read_dir(at.join("shoot/exemplars"))
-        .unwrap()
-        .flatten()
-    {
+    for entry in std::fs::read_dir(at.join("shoot/exemplars")).unwrap().flatten() {
         folders.push(entry.path());
     }
     for folder in folders {
@@ -1229,16 +883,8 @@ fn swapped_olats_are_named_by_the_layout() {
         std::fs::rename(&b, &a).unwrap();
         std::fs::rename(&between, &b).unwrap();
     }
-    succeed(
-        at,
-        &[
-            "import", "film", "--shoot", "shoot", "--size", "32", "--json",
-        ],
-    );
+    succeed(at, &["import", "film", "--shoot", "shoot", "--size", "32", "--json"]);
     let found = succeed(at, &["calibrate", "film", "--json"]);
     let findings = found["rig_findings"].to_string();
-    assert!(
-        findings.contains("olat_03") && findings.contains("olat_07"),
-        "{findings}"
-    );
+    assert!(findings.contains("olat_03") && findings.contains("olat_07"), "{findings}");
 }

@@ -44,18 +44,9 @@ impl Ground {
     fn of_shoot() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let at = |path: &str| folder.path().join(path);
-        let shoot = TestShoot {
-            working_size: 16,
-            ..TestShoot::default()
-        };
+        let shoot = TestShoot { working_size: 16, ..TestShoot::default() };
         shoot.import(folder.path(), "film");
-        for file in [
-            "a.txt",
-            "below/b.bpk",
-            "below/.ssh/key",
-            "look.json",
-            "calibration.toml",
-        ] {
+        for file in ["a.txt", "below/b.bpk", "below/.ssh/key", "look.json", "calibration.toml"] {
             let path = at("outside").join(file);
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
             std::fs::write(path, format!("{file} is not the program's")).unwrap();
@@ -67,17 +58,11 @@ impl Ground {
             ("film/calibration.toml", "outside/calibration.toml"),
             ("film/.calibration.toml.a1B2c3.afterlight", "outside/a.txt"),
             ("film/checkpoint/old.bpk", "outside/below/b.bpk"),
-            (
-                "film/checkpoint/.weights.a1B2c3.afterlight",
-                "outside/below/.ssh",
-            ),
+            ("film/checkpoint/.weights.a1B2c3.afterlight", "outside/below/.ssh"),
         ] {
             std::os::unix::fs::symlink(at(to), at(link)).unwrap();
         }
-        let mut ground = Self {
-            folder,
-            outside: BTreeMap::new(),
-        };
+        let mut ground = Self { folder, outside: BTreeMap::new() };
         ground.outside = ground.now_outside();
         ground
     }

@@ -24,11 +24,7 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
 fn who_knows(prefixes: &[&str]) -> Vec<String> {
     dependencies()
         .into_iter()
-        .filter(|(_, names)| {
-            names
-                .iter()
-                .any(|name| prefixes.iter().any(|p| name.starts_with(p)))
-        })
+        .filter(|(_, names)| names.iter().any(|name| prefixes.iter().any(|p| name.starts_with(p))))
         .map(|(name, _)| name)
         .collect()
 }

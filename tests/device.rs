@@ -33,14 +33,8 @@ fn sound(device: &Value) -> usize {
         let left_out = row["left_out"].as_str();
         match median {
             Some(median) => {
-                assert!(
-                    median > 0.0 && low.unwrap() <= median && median <= high.unwrap(),
-                    "{row}"
-                );
-                assert!(
-                    row["runs"].as_u64().unwrap() > 0 && left_out.is_none(),
-                    "{row}"
-                );
+                assert!(median > 0.0 && low.unwrap() <= median && median <= high.unwrap(), "{row}");
+                assert!(row["runs"].as_u64().unwrap() > 0 && left_out.is_none(), "{row}");
                 timed += 1;
             }
             None => assert!(
@@ -61,20 +55,9 @@ fn a_machine_is_measured_within_its_time_and_what_does_not_fit_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let report = succeed(
         folder.path(),
-        &[
-            "device",
-            "--minutes",
-            "0.4",
-            "--device",
-            "cpu",
-            "--json",
-            "--report",
-            "machine.md",
-        ],
+        &["device", "--minutes", "0.4", "--device", "cpu", "--json", "--report", "machine.md"],
     );
-    for key in [
-        "machine", "adapters", "minutes", "seconds", "stopped", "devices",
-    ] {
+    for key in ["machine", "adapters", "minutes", "seconds", "stopped", "devices"] {
         assert!(report.get(key).is_some(), "no {key}");
     }
     assert_eq!(report["stopped"], false);
@@ -83,10 +66,7 @@ fn a_machine_is_measured_within_its_time_and_what_does_not_fit_is_named() {
     };
     assert_eq!(cpu["kind"], "cpu");
     let timed = sound(cpu);
-    let left = rows(cpu)
-        .iter()
-        .filter(|row| row["left_out"].is_string())
-        .count();
+    let left = rows(cpu).iter().filter(|row| row["left_out"].is_string()).count();
     assert!(timed > 0, "nothing was timed: {report}");
     // Every measure has its row, timed or not.
     for (what, network, size) in [
@@ -97,17 +77,11 @@ fn a_machine_is_measured_within_its_time_and_what_does_not_fit_is_named() {
     ] {
         let named =
             |row: &&Value| row["what"] == what && row["network"] == network && row["size"] == size;
-        assert!(
-            rows(cpu).iter().any(|row| named(&row)),
-            "no {what} of {network} at {size}"
-        );
+        assert!(rows(cpu).iter().any(|row| named(&row)), "no {what} of {network} at {size}");
     }
     let seconds = report["seconds"].as_f64().unwrap();
     let table = std::fs::read_to_string(folder.path().join("machine.md")).unwrap();
-    assert!(
-        table.contains("| network | pixels | training step, ms |"),
-        "{table}"
-    );
+    assert!(table.contains("| network | pixels | training step, ms |"), "{table}");
     assert_eq!(left > 0, table.contains("Left out:"), "{table}");
     shown!(
         Surroundings,
@@ -143,10 +117,7 @@ fn the_job_of_the_window_hands_on_what_is_known_after_each_measure() {
     let known = known.take().unwrap();
     assert_eq!(known.devices, report.devices);
     let said = Outcome::Machine(report).sentence();
-    assert!(
-        said.starts_with("This machine was measured in 0.1 minutes: "),
-        "{said}"
-    );
+    assert!(said.starts_with("This machine was measured in 0.1 minutes: "), "{said}");
 }
 
 #[test]
@@ -176,10 +147,7 @@ fn asked(measure: &Value, gpu: bool, kernels: &Path) -> Vec<Value> {
     drop(open);
     assert_eq!(output.status.code(), Some(0), "{measure}");
     let lines = String::from_utf8(output.stdout).unwrap();
-    lines
-        .lines()
-        .map(|line| serde_json::from_str(line).unwrap())
-        .collect()
+    lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 #[test]
@@ -194,10 +162,7 @@ fn a_gpu_says_each_figure_as_it_is_known() {
     let [tested] = &asked(json!({ "measure": "self-test" }))[..] else {
         panic!("one figure");
     };
-    assert_eq!(
-        (&tested["what"], &tested["note"]),
-        (&"self-test".into(), &"passed".into())
-    );
+    assert_eq!((&tested["what"], &tested["note"]), (&"self-test".into(), &"passed".into()));
 
     let passes = asked(json!({ "measure": "passes", "size": 64 }));
     for sum in ["relight", "relight, f16"] {
@@ -219,15 +184,8 @@ fn a_gpu_says_each_figure_as_it_is_known() {
 fn a_network_says_what_its_first_run_took_before_what_the_others_took() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    let first = asked(
-        &json!({ "measure": "first-use", "size": 16 }),
-        false,
-        folder.path(),
-    );
-    let names: Vec<&str> = first
-        .iter()
-        .map(|figure| figure["what"].as_str().unwrap())
-        .collect();
+    let first = asked(&json!({ "measure": "first-use", "size": 16 }), false, folder.path());
+    let names: Vec<&str> = first.iter().map(|figure| figure["what"].as_str().unwrap()).collect();
     let [prediction, step] = ["prediction", "training step"];
     assert_eq!(names, [prediction, prediction, step, step]);
     for pair in first.chunks(2) {
@@ -252,12 +210,7 @@ fn a_gpu_stands_beside_the_cpu_in_the_report() {
     assert_eq!((&gpu["kind"], &cpu["kind"]), (&"gpu".into(), &"cpu".into()));
     sound(gpu);
     assert!(sound(cpu) > 0, "{report}");
-    for what in [
-        "self-test",
-        "training step",
-        "first training step",
-        "first prediction",
-    ] {
+    for what in ["self-test", "training step", "first training step", "first prediction"] {
         let named = |row: &&Value| row["what"].as_str().unwrap().starts_with(what);
         assert!(rows(gpu).iter().any(|row| named(&row)), "no {what}");
     }
@@ -283,9 +236,7 @@ fn measuring(folder: &Path) -> (Child, Vec<u32>, std::thread::JoinHandle<()>) {
     let tasks = format!("/proc/{0}/task", child.id());
     let children = std::fs::read_dir(tasks).unwrap().flat_map(|task| {
         let of = std::fs::read_to_string(task.unwrap().path().join("children")).unwrap();
-        of.split_whitespace()
-            .map(|pid| pid.parse().unwrap())
-            .collect::<Vec<u32>>()
+        of.split_whitespace().map(|pid| pid.parse().unwrap()).collect::<Vec<u32>>()
     });
     let children: Vec<u32> = children.collect();
     assert_eq!(children.len(), 1, "one measure at a time");
@@ -296,9 +247,7 @@ fn measuring(folder: &Path) -> (Child, Vec<u32>, std::thread::JoinHandle<()>) {
 #[cfg(target_os = "linux")]
 fn ended(folder: &Path, signal: &str) -> Output {
     let (child, children, drain) = measuring(folder);
-    let kill = Command::new("kill")
-        .args([signal, &child.id().to_string()])
-        .status();
+    let kill = Command::new("kill").args([signal, &child.id().to_string()]).status();
     assert!(kill.unwrap().success());
     let output = child.wait_with_output().unwrap();
     drain.join().unwrap();

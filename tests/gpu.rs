@@ -50,10 +50,7 @@ fn both(gpu: &ComputeDevice, precision: Precision) -> [Predictor; 2] {
     let cpu = Device::flex();
     cpu.seed(7);
     let network = config(Precision::Full).init(0.3, &cpu).materialize();
-    [
-        predictor(&network, Precision::Full, &cpu),
-        predictor(&network, precision, &gpu.device),
-    ]
+    [predictor(&network, Precision::Full, &cpu), predictor(&network, precision, &gpu.device)]
 }
 
 /// A ramp of colours behind a matte whose left column is open.
@@ -76,20 +73,14 @@ fn weights() -> Vec<[f32; 3]> {
 /// A prediction of [`frame`] as the program keeps it on this device.
 fn kept(predictor: &Predictor, storage: Storage, compute: &ComputeDevice) -> Field {
     let field = predictor.predict_on_device(&frame()).unwrap();
-    FieldEncoder::new(storage)
-        .encode(field, compute.passes())
-        .unwrap()
+    FieldEncoder::new(storage).encode(field, compute.passes()).unwrap()
 }
 
 /// The largest difference as a share of the largest value.
 fn difference(a: &Image, b: &Image) -> f32 {
     let values = |image: &Image| image.pixels.as_flattened().to_vec();
     let largest = |values: Vec<f32>| values.into_iter().fold(0.0, |m: f32, v| m.max(v.abs()));
-    let apart = values(a)
-        .iter()
-        .zip(values(b))
-        .map(|(a, b)| a - b)
-        .collect();
+    let apart = values(a).iter().zip(values(b)).map(|(a, b)| a - b).collect();
     largest(apart) / largest(values(b))
 }
 
@@ -100,11 +91,7 @@ fn a_field_lit_where_the_network_left_it_is_the_cpu_s() {
     };
     let [here, there] = both(&compute, Precision::Full);
     let there = kept(&there, Storage::F32, &compute);
-    let here = kept(
-        &here,
-        Storage::F32,
-        &ComputeDevice::choose(DeviceChoice::Cpu),
-    );
+    let here = kept(&here, Storage::F32, &ComputeDevice::choose(DeviceChoice::Cpu));
     assert_eq!((there.size(), there.lamps()), ((SIZE, SIZE), LAMPS));
     assert_eq!((here.size(), here.lamps()), ((SIZE, SIZE), LAMPS));
     let [there_lit, here_lit] = [&there, &here].map(|field| field.relight(&weights()).unwrap());
@@ -150,11 +137,8 @@ fn a_prediction_is_the_same_however_it_is_kept_and_wherever() {
     let cpu = ComputeDevice::choose(DeviceChoice::Cpu);
     let exact = kept(&here, Storage::F32, &cpu);
     let lit = exact.relight(&weights()).unwrap();
-    for (storage, off) in [
-        (Storage::F32, 1e-5),
-        (Storage::F16, 6e-4),
-        (Storage::Compressed, 0.02),
-    ] {
+    for (storage, off) in [(Storage::F32, 1e-5), (Storage::F16, 6e-4), (Storage::Compressed, 0.02)]
+    {
         for (predictor, keeper) in [(&here, &cpu), (&here, &compute), (&there, &compute)] {
             let field = kept(predictor, storage, keeper);
             assert_eq!(matches!(field, Field::Gpu(..)), keeper.gpu.is_some());

@@ -48,14 +48,7 @@ fn as_a_camera_writes_it(shoot: &Path) {
 /// What ffprobe says of a movie's pictures and of its sound.
 fn probed(folder: &Path, movie: &str) -> [Value; 2] {
     ["v", "a"].map(|stream| {
-        let words = [
-            "-count_frames",
-            "-select_streams",
-            stream,
-            "-show_streams",
-            "-of",
-            "json",
-        ];
+        let words = ["-count_frames", "-select_streams", stream, "-show_streams", "-of", "json"];
         let words: Vec<&str> = words.into_iter().chain([movie]).collect();
         let said: Value = serde_json::from_slice(&output("ffprobe", folder, &words)).unwrap();
         assert_eq!(said["streams"].as_array().unwrap().len(), 1, "{movie}");
@@ -67,9 +60,8 @@ fn probed(folder: &Path, movie: &str) -> [Value; 2] {
 fn frequency(folder: &Path, movie: &str, from: f64, to: f64) -> f64 {
     let words = ["-i", movie, "-ac", "1", "-ar", "48000", "-f", "s16le", "-"];
     let bytes = output("ffmpeg", folder, &words);
-    let samples: Vec<i16> = (bytes.chunks_exact(2))
-        .map(|b| i16::from_le_bytes([b[0], b[1]]))
-        .collect();
+    let samples: Vec<i16> =
+        (bytes.chunks_exact(2)).map(|b| i16::from_le_bytes([b[0], b[1]])).collect();
     let at = |seconds: f64| (seconds * 48000.0).round() as usize;
     let samples = &samples[at(from)..at(to)];
     let zeros = samples.windows(2).filter(|s| (s[0] < 0) != (s[1] < 0));
@@ -87,17 +79,11 @@ fn has_frames(folder: &Path, movie: &str, first: usize, codec: &str, time_code: 
         (&Value::from(RATE), &Value::from(RATE)),
         "{movie}"
     );
-    assert_eq!(
-        (&video["width"], &video["height"]),
-        (&Value::from(PLATE.0), &Value::from(PLATE.1))
-    );
+    assert_eq!((&video["width"], &video["height"]), (&Value::from(PLATE.0), &Value::from(PLATE.1)));
     let said = video["tags"]["timecode"].as_str();
     assert_eq!(said, time_code, "{movie}");
     let seconds: f64 = audio["duration"].as_str().unwrap().parse().unwrap();
-    assert!(
-        (seconds - count as f64 * FRAME_S).abs() < 0.001,
-        "{movie}: {seconds} s of sound"
-    );
+    assert!((seconds - count as f64 * FRAME_S).abs() < 0.001, "{movie}: {seconds} s of sound");
     // The tone changes with the fourth frame: half a frame off would be heard.
     let change = (FRAMES as f64 / 2.0 - first as f64) * FRAME_S;
     let (before, after) = (change - 0.5 * FRAME_S, change + 0.5 * FRAME_S);
@@ -105,10 +91,7 @@ fn has_frames(folder: &Path, movie: &str, first: usize, codec: &str, time_code: 
         if from >= 0.0 {
             let found = frequency(folder, movie, from, to);
             let off = found / TONES_HZ[tone] - 1.0;
-            assert!(
-                off.abs() < 0.1,
-                "{movie}: {found} Hz from {from} s to {to} s"
-            );
+            assert!(off.abs() < 0.1, "{movie}: {found} Hz from {from} s to {to} s");
         }
     }
 }
@@ -140,25 +123,16 @@ fn a_cameras_movie_becomes_a_relit_movie_with_its_sound() {
     let imported = afterlight(at, &["import", "film", "--shoot", "shoot", "--size", "64"]);
     let said = String::from_utf8_lossy(&imported.stderr);
     assert!(imported.status.success(), "{said}");
-    assert!(
-        said.contains("29.97") && said.contains("afterlight matte"),
-        "{said}"
-    );
+    assert!(said.contains("29.97") && said.contains("afterlight matte"), "{said}");
     let refused = fail(at, &["calibrate", "film"]);
     assert!(refused.contains("afterlight matte"), "{refused}");
 
     let matted = run("matte film --json");
-    assert_eq!(
-        (&matted["frames"], &matted["poses"]),
-        (&Value::from(6), &Value::from(6))
-    );
+    assert_eq!((&matted["frames"], &matted["poses"]), (&Value::from(6), &Value::from(6)));
     let matte = |frame: usize| {
         let name = format!("frame_{frame:06}.png");
         let made = file::read_mask(&at.join("film/mattes/interview").join(&name)).unwrap();
-        (
-            made,
-            file::read_mask(&at.join("true_mattes").join(name)).unwrap(),
-        )
+        (made, file::read_mask(&at.join("true_mattes").join(name)).unwrap())
     };
     let mattes_off = (0..FRAMES).map(|frame| {
         let (made, truth) = matte(frame);
@@ -178,20 +152,14 @@ fn a_cameras_movie_becomes_a_relit_movie_with_its_sound() {
     };
     assert_eq!(relight("all.mov", ""), FRAMES);
     has_frames(at, "all.mov", 0, "prores", Some("10:20:59;28"));
-    assert_eq!(
-        relight("half.mov", " --frames 3-5 --codec prores-422-hq"),
-        3
-    );
+    assert_eq!(relight("half.mov", " --frames 3-5 --codec prores-422-hq"), 3);
     // Numbers 00 and 01 of the minute are dropped.
     has_frames(at, "half.mov", 3, "prores", Some("10:21:00;03"));
     assert_eq!(relight("review.mov", " --codec h264"), FRAMES);
     has_frames(at, "review.mov", 0, "h264", Some("10:20:59;28"));
 
     // The person is lit and moves; the background is the environment's, and stands still.
-    let tools = Tools {
-        cache: None,
-        ..Tools::default()
-    };
+    let tools = Tools { cache: None, ..Tools::default() };
     let movie = Movie::open(&at.join("all.mov"), &tools).unwrap();
     assert_eq!(movie.info().reel.as_deref(), Some("A007"));
     let read = |frame: usize| movie.frame(frame as u64).unwrap().encoded().0;
@@ -199,10 +167,7 @@ fn a_cameras_movie_becomes_a_relit_movie_with_its_sound() {
     let [before, after] = [first, last].map(read);
     let [there, then] = [first, last].map(|frame| matte(frame).0);
     let mean = |keep: &dyn Fn(usize) -> bool, value: &dyn Fn(usize) -> f32| {
-        let kept: Vec<f32> = (0..there.pixels.len())
-            .filter(|&i| keep(i))
-            .map(value)
-            .collect();
+        let kept: Vec<f32> = (0..there.pixels.len()).filter(|&i| keep(i)).map(value).collect();
         kept.iter().sum::<f32>() / kept.len() as f32
     };
     let covered = |i: usize| there.pixels[i] > 0.9 && then.pixels[i] > 0.9;

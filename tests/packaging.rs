@@ -60,37 +60,20 @@ fn the_archives_of_each_system_are_built_of_what_there_is() {
     let cargo: toml::Table = read("Cargo.toml").parse().unwrap();
     let texts = |key: &str| {
         let list = dist["dist"][key].as_array().unwrap();
-        list.iter()
-            .map(|text| text.as_str().unwrap())
-            .collect::<Vec<_>>()
+        list.iter().map(|text| text.as_str().unwrap()).collect::<Vec<_>>()
     };
     for system in ["linux", "apple-darwin", "windows"] {
-        assert!(
-            texts("targets")
-                .iter()
-                .any(|target| target.contains(system)),
-            "{system}"
-        );
+        assert!(texts("targets").iter().any(|target| target.contains(system)), "{system}");
     }
     let features = cargo["features"].as_table().unwrap();
-    assert!(
-        texts("features")
-            .iter()
-            .all(|feature| features.contains_key(*feature))
-    );
+    assert!(texts("features").iter().all(|feature| features.contains_key(*feature)));
     let packed = read("tools/package.sh");
     assert_eq!(between(&packed, "\nfeatures=", "\n"), texts("features"));
     for file in texts("include") {
         assert!(root().join(file).is_file(), "{file}");
     }
-    assert_eq!(
-        cargo["profile"]["dist"]["inherits"].as_str(),
-        Some("release")
-    );
-    assert_eq!(
-        cargo["package"]["metadata"]["dist"]["dist"].as_bool(),
-        Some(true)
-    );
+    assert_eq!(cargo["profile"]["dist"]["inherits"].as_str(), Some("release"));
+    assert_eq!(cargo["package"]["metadata"]["dist"]["dist"].as_bool(), Some(true));
 }
 
 /// The rules by which desktops know a project, on one that the program wrote.
@@ -107,9 +90,7 @@ fn a_project_is_what_its_type_says() {
         let (offset, value) = rule.split_once("\" value=\"").unwrap();
         let value = value.trim_end_matches('/').trim_end_matches('"');
         let value = value.replace("\\n", "\n");
-        let found = written
-            .find(&value)
-            .unwrap_or_else(|| panic!("{value:?} in {written}"));
+        let found = written.find(&value).unwrap_or_else(|| panic!("{value:?} in {written}"));
         let range: Vec<usize> = offset.split(':').map(|n| n.parse().unwrap()).collect();
         let last = *range.last().unwrap();
         assert!((range[0]..=last).contains(&found), "{value:?} at {found}");
@@ -125,12 +106,7 @@ fn notes(version: &str, changelog: &str) -> Output {
     std::fs::write(&file, changelog).unwrap();
     let script = root().join("tools/release_notes.sh");
     let mut command = Command::new("sh");
-    command
-        .arg(script)
-        .arg(version)
-        .arg(&file)
-        .output()
-        .unwrap()
+    command.arg(script).arg(version).arg(&file).output().unwrap()
 }
 
 const CHANGELOG: &str = "# Changelog\n\n## [Unreleased]\n\n### Added\n- Soon\n\n## [1.10.0] - 2031-05-04\n\n\
@@ -139,10 +115,7 @@ const CHANGELOG: &str = "# Changelog\n\n## [Unreleased]\n\n### Added\n- Soon\n\n
 #[test]
 fn the_notes_of_a_version_are_its_section_of_the_changelog() {
     for (version, expected) in [
-        (
-            "1.10.0",
-            "# Afterlight 1.10.0, 2031-05-04\n\n### Fixed\n- Ten\n",
-        ),
+        ("1.10.0", "# Afterlight 1.10.0, 2031-05-04\n\n### Fixed\n- Ten\n"),
         ("1.1.0", "# Afterlight 1.1.0, 2031-01-02\n\n- One\n"),
         ("2.0.0", "# Afterlight 2.0.0\n\n### Added\n- Soon\n"),
     ] {
@@ -154,16 +127,10 @@ fn the_notes_of_a_version_are_its_section_of_the_changelog() {
 
 #[test]
 fn a_version_of_which_nothing_is_said_has_no_notes() {
-    let output = notes(
-        "2.0.0",
-        "# Changelog\n\n## [Unreleased]\n\n## [1.0.0]\n- One\n",
-    );
+    let output = notes("2.0.0", "# Changelog\n\n## [Unreleased]\n\n## [1.0.0]\n- One\n");
     assert!(!output.status.success());
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        said.contains("expected a section [2.0.0] or [Unreleased] with text"),
-        "{said}"
-    );
+    assert!(said.contains("expected a section [2.0.0] or [Unreleased] with text"), "{said}");
     assert!(output.stdout.is_empty());
 }
 

@@ -44,9 +44,8 @@ impl Shoot {
             let [x, y] = [x, y].map(|v| v as f32 + 0.5 - centre);
             x.hypot(y) / centre
         };
-        let mask = Mask::from_fn(SIZE, SIZE, |x, y| {
-            (20.0 * (0.7 - from_centre(x, y))).clamp(0.0, 1.0)
-        });
+        let mask =
+            Mask::from_fn(SIZE, SIZE, |x, y| (20.0 * (0.7 - from_centre(x, y))).clamp(0.0, 1.0));
         let olats = |level: f32| -> Vec<Image> {
             let olat = |lamp: usize| {
                 Image::from_fn(SIZE, SIZE, |x, y| {
@@ -78,15 +77,10 @@ impl Shoot {
             },
             plate: Self::plate(&mask),
             mask,
-            grain: Grain {
-                deviation: [[0.03; 3]; 8],
-            },
+            grain: Grain { deviation: [[0.03; 3]; 8] },
             before: None,
         };
-        let first = Scene {
-            frame: 0,
-            ..scene()
-        };
+        let first = Scene { frame: 0, ..scene() };
         shoot.before = compose(&first, &shoot.of(&shoot.memory)).unwrap().steady;
         shoot.memory = field.into();
         shoot
@@ -94,18 +88,13 @@ impl Shoot {
 
     fn plate(working: &Mask) -> Plate {
         let (width, height) = (SIZE * 3 / 2, SIZE * 5 / 4);
-        let square = PlateSquare {
-            x: 0.125 * width as f32,
-            y: 0.0,
-            side: height as f32,
-        };
+        let square = PlateSquare { x: 0.125 * width as f32, y: 0.0, side: height as f32 };
         let at = |i: usize, start: f32| {
             let at = (i as f32 - start) * SIZE as f32 / square.side;
             (at.max(0.0) as usize).min(SIZE - 1)
         };
-        let matte = Mask::from_fn(width, height, |x, y| {
-            working.at(at(x, square.x), at(y, square.y))
-        });
+        let matte =
+            Mask::from_fn(width, height, |x, y| working.at(at(x, square.x), at(y, square.y)));
         let fine = |x, y| [0.3 + 0.05 * ((x + 2 * y) % 4) as f32; 3];
         let light = Image::from_fn(width, height, fine);
         Plate::new(light, matte, square, working).unwrap()
@@ -174,17 +163,8 @@ fn a_picture_with_every_effect_looks_as_the_cpu_s() {
         [&shoot.memory, &shoot.gpu].map(|field| compose(&scene, &shoot.on_plate(field)).unwrap())
     };
     let [here, there] = make(Output::Display);
-    let all = [
-        "predict",
-        "weights",
-        "channels",
-        "difference",
-        "false_color",
-    ];
-    let all = Pass::ALL
-        .iter()
-        .map(|pass| pass.name())
-        .filter(|name| !all.contains(name));
+    let all = ["predict", "weights", "channels", "difference", "false_color"];
+    let all = Pass::ALL.iter().map(|pass| pass.name()).filter(|name| !all.contains(name));
     assert_eq!(ran(&there), all.collect::<Vec<_>>());
     assert_eq!(ran(&here), ran(&there));
     let [seen, there] = [here, there].map(|picture| picture.display.unwrap());
@@ -193,11 +173,7 @@ fn a_picture_with_every_effect_looks_as_the_cpu_s() {
     assert!(map.mean < 0.01);
 
     let [here, there] = make(Output::Linear).map(|picture| picture.linear.unwrap());
-    let pairs = here
-        .pixels
-        .iter()
-        .flatten()
-        .zip(there.pixels.iter().flatten());
+    let pairs = here.pixels.iter().flatten().zip(there.pixels.iter().flatten());
     // Relative to the value, or to middle grey where that is more.
     let apart = pairs.map(|(here, there)| (here - there).abs() / here.max(0.18));
     let most = apart.fold(0.0, f32::max);
@@ -213,22 +189,12 @@ fn of_a_picture_with_its_background_nothing_else_is_read_back() {
     };
     let shoot = Shoot::new(&compute);
     let timed = compute.gpu.as_ref().unwrap().device.features();
-    let clock = if timed.contains(wgpu::Features::TIMESTAMP_QUERY) {
-        8192
-    } else {
-        0
-    };
+    let clock = if timed.contains(wgpu::Features::TIMESTAMP_QUERY) { 8192 } else { 0 };
     // What was counted, and the times, come in the same copy.
     let picture = (16 * SIZE * SIZE + 16 + clock) as u64;
-    let plain = Scene {
-        effects: Effects::default(),
-        ..scene()
-    };
+    let plain = Scene { effects: Effects::default(), ..scene() };
     let (made, mapped) = mapped_during(|| compose(&plain, &shoot.of(&shoot.gpu)).unwrap());
-    assert_eq!(
-        ran(&made),
-        ["relight", "background", "exposure", "view", "dither"]
-    );
+    assert_eq!(ran(&made), ["relight", "background", "exposure", "view", "dither"]);
     assert!(made.linear.is_none());
     assert_eq!(mapped, [picture]);
 
@@ -245,13 +211,7 @@ fn of_a_picture_with_its_background_nothing_else_is_read_back() {
     assert!(smoothing <= 16 * 16_384 && despill <= 1024 && glare <= 1024);
     assert!(light_wrap <= 2 * 16 * 64 * 64 && grain <= 3 * 16 * 40_000);
     assert_eq!(whole, picture);
-    let more = Scene {
-        effects: Effects {
-            grain: 2.0,
-            ..scene().effects
-        },
-        ..scene()
-    };
+    let more = Scene { effects: Effects { grain: 2.0, ..scene().effects }, ..scene() };
     let (made, mapped) = make(&more);
     assert!(ran(&made).contains(&"grain"));
     // Whoever hands on what smoothing measured of a frame is not asked to measure it again.
@@ -262,9 +222,7 @@ fn of_a_picture_with_its_background_nothing_else_is_read_back() {
 /// A worker whose one frame lies on the GPU.
 fn worker(shoot: &Shoot, compute: &ComputeDevice) -> Worker {
     let gpu = compute.gpu.clone().unwrap();
-    let Field::Memory(olats) = &shoot.memory else {
-        unreachable!("the shoot is made in memory")
-    };
+    let Field::Memory(olats) = &shoot.memory else { unreachable!("the shoot is made in memory") };
     let (olats, mask) = (olats.clone(), shoot.mask.clone());
     let lamp = |number: usize| Lamp {
         name: format!("olat_{number:02}"),
@@ -274,18 +232,13 @@ fn worker(shoot: &Shoot, compute: &ComputeDevice) -> Worker {
         confidence: 1.0,
         clipped: 0.0,
     };
-    let rig = Rig {
-        lamps: (0..LAMPS).map(lamp).collect(),
-    };
+    let rig = Rig { lamps: (0..LAMPS).map(lamp).collect() };
     let open = move || {
         let (gpu, olats, mask) = (gpu.clone(), olats.clone(), mask.clone());
         let frame = move |index| {
             let field = FieldBuffer::upload(&olats, &gpu.device);
-            let frame = Frame {
-                index,
-                plate: Image::filled(SIZE, SIZE, [0.2; 3]),
-                mask: mask.clone(),
-            };
+            let frame =
+                Frame { index, plate: Image::filled(SIZE, SIZE, [0.2; 3]), mask: mask.clone() };
             Ok((frame, Field::Gpu(field, gpu.passes.clone())).into())
         };
         Ok(Source {
@@ -310,11 +263,7 @@ fn in_a_drag_of_the_yaw_nothing_is_read_back() {
     let environment = Arc::new(shoot.environment.clone());
     let show = |yaw_deg: f32, texture: bool| {
         worker.show(PreviewRequest {
-            scene: Scene {
-                yaw_deg,
-                background: Background::Environment,
-                ..Scene::default()
-            },
+            scene: Scene { yaw_deg, background: Background::Environment, ..Scene::default() },
             environment: environment.clone(),
             first: None,
             second: None,

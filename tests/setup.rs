@@ -70,10 +70,7 @@ impl System {
 
     /// An apt-get of which each call runs `script`, too.
     fn apt_get(&self, script: &str) {
-        self.program(
-            "apt-get",
-            &format!("echo \"$*\" >> \"$SYSTEM/apt\"\n{script}"),
-        );
+        self.program("apt-get", &format!("echo \"$*\" >> \"$SYSTEM/apt\"\n{script}"));
     }
 
     fn run(&self) -> Run {
@@ -107,10 +104,7 @@ esac";
 fn where_nothing_is_missing_nothing_is_said_or_run() {
     let system = System::whole();
     let run = system.run();
-    assert_eq!(
-        (run.code, run.said.as_str(), run.apt.len()),
-        (Some(0), "", 0)
-    );
+    assert_eq!((run.code, run.said.as_str(), run.apt.len()), (Some(0), "", 0));
 }
 
 #[test]
@@ -120,10 +114,7 @@ fn a_driver_in_any_of_the_folders_suffices() {
     fs::create_dir(system.at("more")).unwrap();
     fs::write(system.at("more/card.json"), "{}").unwrap();
     let run = system.run();
-    assert_eq!(
-        (run.code, run.said.as_str(), run.apt.len()),
-        (Some(0), "", 0)
-    );
+    assert_eq!((run.code, run.said.as_str(), run.apt.len()), (Some(0), "", 0));
 }
 
 #[test]
@@ -155,9 +146,8 @@ fn each_missing_library_is_named() {
     for (library, package) in LIBRARIES.iter().zip(packages) {
         let system = System::whole();
         let table = fs::read_to_string(system.at("libraries")).unwrap();
-        let rest: Vec<&str> = (table.lines())
-            .filter(|line| !line.contains(&format!("\t{library} ")))
-            .collect();
+        let rest: Vec<&str> =
+            (table.lines()).filter(|line| !line.contains(&format!("\t{library} "))).collect();
         fs::write(system.at("libraries"), rest.join("\n")).unwrap();
         let run = system.run();
         assert_eq!(run.code, Some(1));
@@ -184,17 +174,8 @@ fn root_installs_what_is_missing_and_says_what_and_why() {
             format!("{wait} install -y --no-install-recommends mesa-vulkan-drivers ffmpeg")
         ]
     );
-    assert!(
-        run.said.contains("ffmpeg: reads and writes movies"),
-        "{}",
-        run.said
-    );
-    assert!(
-        run.said
-            .contains("Installing them: mesa-vulkan-drivers ffmpeg"),
-        "{}",
-        run.said
-    );
+    assert!(run.said.contains("ffmpeg: reads and writes movies"), "{}", run.said);
+    assert!(run.said.contains("Installing them: mesa-vulkan-drivers ffmpeg"), "{}", run.said);
     // And never again.
     assert_eq!(system.run().apt.len(), 2);
 }
@@ -217,11 +198,7 @@ fn sudo_with_a_password_is_not_waited_for() {
     let run = system.run();
     assert_eq!((run.code, run.apt.len()), (Some(1), 0));
     assert!(!run.said.contains("password"), "{}", run.said);
-    assert!(
-        run.said.ends_with("--no-install-recommends ffmpeg\n"),
-        "{}",
-        run.said
-    );
+    assert!(run.said.ends_with("--no-install-recommends ffmpeg\n"), "{}", run.said);
 }
 
 #[test]
@@ -241,11 +218,7 @@ fn another_program_that_installs_packages_is_waited_for() {
     ));
     let run = system.run();
     assert_eq!((run.code, run.apt.len()), (Some(0), 4), "{}", run.said);
-    assert!(
-        run.said.contains("Waiting until another program"),
-        "{}",
-        run.said
-    );
+    assert!(run.said.contains("Waiting until another program"), "{}", run.said);
     let slept = fs::read_to_string(system.at("slept")).unwrap();
     assert_eq!(slept.lines().count(), 2);
 }
@@ -261,11 +234,7 @@ fn a_lock_that_is_never_released_ends_with_who_holds_it() {
     let run = system.run();
     assert_eq!(run.code, Some(1));
     assert!(run.said.contains("held by process 7"), "{}", run.said);
-    assert!(
-        run.said.ends_with("--no-install-recommends ffmpeg\n"),
-        "{}",
-        run.said
-    );
+    assert!(run.said.ends_with("--no-install-recommends ffmpeg\n"), "{}", run.said);
 }
 
 #[test]
@@ -276,11 +245,7 @@ fn what_apt_says_of_a_failure_is_shown() {
     system.apt_get("echo 'E: Unable to fetch some archives' >&2\nexit 100");
     let run = system.run();
     assert_eq!((run.code, run.apt.len()), (Some(1), 2), "{}", run.said);
-    assert!(
-        run.said.contains("Unable to fetch some archives"),
-        "{}",
-        run.said
-    );
+    assert!(run.said.contains("Unable to fetch some archives"), "{}", run.said);
     assert!(run.said.contains("could not be updated"), "{}", run.said);
 }
 
@@ -291,20 +256,13 @@ fn an_installation_that_mends_nothing_is_a_failure() {
     system.program("id", "echo 0");
     let run = system.run();
     assert_eq!(run.code, Some(1));
-    assert!(
-        run.said.contains("this is still not found:\n  ffmpeg"),
-        "{}",
-        run.said
-    );
+    assert!(run.said.contains("this is still not found:\n  ffmpeg"), "{}", run.said);
 }
 
 #[test]
 fn other_distributions_get_their_own_names() {
     for (installer, line) in [
-        (
-            "dnf",
-            "sudo dnf install -y mesa-vulkan-drivers ffmpeg-free gcc",
-        ),
+        ("dnf", "sudo dnf install -y mesa-vulkan-drivers ffmpeg-free gcc"),
         ("pacman", "sudo pacman -S --needed vulkan-swrast ffmpeg gcc"),
         ("zypper", "sudo zypper install -y libvulkan_lvp ffmpeg gcc"),
     ] {

@@ -61,9 +61,7 @@ fn load_checkpoint(folder: &Path, changed: &Path) -> Outcome {
         assert!(network.is_finite());
         checkpoint::load_training(folder, &device)
     };
-    read()
-        .map(drop)
-        .map_err(|e| format!("{}: {e}", changed.display()))
+    read().map(drop).map_err(|e| format!("{}: {e}", changed.display()))
 }
 
 #[test]
@@ -72,10 +70,9 @@ fn a_checkpoint_s_table_of_any_content_is_loaded_or_refused() {
     save_checkpoint(folder.path());
     let path = folder.path().join("checkpoint.toml");
     let table = std::fs::read(&path).unwrap();
-    let measured = fuzz::run!(
-        Target::of_text("table", path, vec![table]),
-        |path: &Path| { load_checkpoint(folder.path(), path) }
-    );
+    let measured = fuzz::run!(Target::of_text("table", path, vec![table]), |path: &Path| {
+        load_checkpoint(folder.path(), path)
+    });
     shown!(Strangers, "A `checkpoint.toml` of any content",
         danger: "a huge network is made, or a file elsewhere is read",
         done: "a network must fit the size of its file before memory is taken for it",
@@ -95,10 +92,9 @@ fn weights_of_any_content_are_loaded_or_refused() {
     std::fs::write(&table, format!("{start}{info}")).unwrap();
     let path = folder.path().join("weights-0000007.bpk");
     let seed = std::fs::read(&path).unwrap();
-    let measured = fuzz::run!(
-        Target::of_bytes("weights", path, vec![seed]),
-        |path: &Path| { load_checkpoint(folder.path(), path) }
-    );
+    let measured = fuzz::run!(Target::of_bytes("weights", path, vec![seed]), |path: &Path| {
+        load_checkpoint(folder.path(), path)
+    });
     shown!(Strangers, "Weights (`.bpk`) of any content, without a checksum",
         danger: "a crash, all memory taken, weights that are NaN",
         done: "they are read within their file's size, must fit the network and be finite",
@@ -114,14 +110,8 @@ fn safetensors() -> Vec<u8> {
 
 /// The pickle of such a file in PyTorch's format: a dictionary with a tensor of 2 × 3 values.
 fn pickle() -> Vec<u8> {
-    let word = |text: &str| {
-        [
-            b"X",
-            &(text.len() as u32).to_le_bytes()[..],
-            text.as_bytes(),
-        ]
-        .concat()
-    };
+    let word =
+        |text: &str| [b"X", &(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
     [
         b"\x80\x02}".to_vec(),
         word("features.0.weight"),
@@ -148,14 +138,8 @@ fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
         fields[22..24].copy_from_slice(&(name.len() as u16).to_le_bytes());
         bytes.extend([b"PK\x03\x04", &fields[..], name.as_bytes(), content].concat());
         directory.extend(
-            [
-                b"PK\x01\x02\x14\0",
-                &fields[..],
-                &[0; 10],
-                &start.to_le_bytes(),
-                name.as_bytes(),
-            ]
-            .concat(),
+            [b"PK\x01\x02\x14\0", &fields[..], &[0; 10], &start.to_le_bytes(), name.as_bytes()]
+                .concat(),
         );
     }
     let (start, length) = (bytes.len() as u32, directory.len() as u32);
@@ -200,11 +184,8 @@ fn read_features(path: &Path) -> Outcome {
 #[test]
 fn feature_weights_of_any_content_are_loaded_or_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let target = Target::of_bytes(
-        "safetensors",
-        folder.path().join("vgg.safetensors"),
-        vec![safetensors()],
-    );
+    let target =
+        Target::of_bytes("safetensors", folder.path().join("vgg.safetensors"), vec![safetensors()]);
     let first = fuzz::run!(target, read_features);
     let mut whole = pickle();
     packed(&mut whole);
@@ -230,21 +211,14 @@ struct Asked {
 #[test]
 fn a_farm_s_job_of_any_content_is_run_or_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let shoot = TestShoot {
-        frames: 2,
-        lamps: 4,
-        ..TestShoot::default()
-    };
+    let shoot = TestShoot { frames: 2, lamps: 4, ..TestShoot::default() };
     let (project, _) = shoot.calibrate(folder.path(), "project");
     save_checkpoint(&project.checkpoint_path());
     let job = folder.path().join("job");
     let to = folder.path().join("%02d.exr").display().to_string();
     let asked = ["farm", "--environment", "nave", "--to", &to];
     let settings = Asked::try_parse_from(asked).unwrap().settings;
-    let chunks = ChunkSettings {
-        chunk: Some(1),
-        ..ChunkSettings::default()
-    };
+    let chunks = ChunkSettings { chunk: Some(1), ..ChunkSettings::default() };
     let farm = FarmSettings::new(Engine::Slurm, job.clone());
     let silent = Progress::silent();
     farm::write_job(&project, &settings, &farm, &chunks, &silent).unwrap();
@@ -270,16 +244,9 @@ fn a_farm_s_job_of_any_content_is_run_or_refused() {
 fn training_logs_of_any_content_are_drawn_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let steps = "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken\n1,0.25,0.5,0.25,1e-3,2.5,true\n2,0.5,,0.125,1e-3,2.5,true\n";
-    std::fs::write(
-        folder.path().join("held_out.csv"),
-        "step,seconds,decibels\n2,0.5,21.5\n",
-    )
-    .unwrap();
-    let target = Target::of_text(
-        "log",
-        folder.path().join("training.csv"),
-        vec![steps.into()],
-    );
+    std::fs::write(folder.path().join("held_out.csv"), "step,seconds,decibels\n2,0.5,21.5\n")
+        .unwrap();
+    let target = Target::of_text("log", folder.path().join("training.csv"), vec![steps.into()]);
     let measured = fuzz::run!(target, |path: &Path| {
         let history = History::read(path.parent().unwrap()).map_err(|e| e.to_string())?;
         for point in history.points() {
@@ -306,11 +273,8 @@ fn a_review_of_any_content_is_shown_or_refused() {
     let mut value: serde_json::Value = serde_json::from_str(&measured).unwrap();
     value["basis"] =
         serde_json::to_value(afterlight::evaluation::review::Fingerprint::default()).unwrap();
-    let target = Target::of_text(
-        "review",
-        project.measured_path(),
-        vec![value.to_string().into_bytes()],
-    );
+    let target =
+        Target::of_text("review", project.measured_path(), vec![value.to_string().into_bytes()]);
     let first = fuzz::run!(target, |_: &Path| {
         let Some(review) = Review::load(&project).map_err(|e| e.to_string())? else {
             return Ok(());
@@ -346,41 +310,30 @@ fn a_look_and_preferences_of_any_content_are_used_or_put_aside() {
         "pitch_deg": 45, "radius_deg": 10, "color": [1, 1, 0.5], "intensity": 3.14, "enabled": true}]}}"#;
     let plain = SavedLook::of(&State::new(10, 24.0).look).text();
     let seeds = vec![look.into(), plain.into_bytes()];
-    let first = fuzz::run!(
-        Target::of_text("look", SavedLook::path(&project), seeds),
-        |_: &Path| {
+    let first =
+        fuzz::run!(Target::of_text("look", SavedLook::path(&project), seeds), |_: &Path| {
             let read = SavedLook::load(&project, true).map_err(|e| e.to_string())?;
             let mut state = State::new(10, 24.0);
             read.unwrap().apply(&mut state.look);
             assert!(state.look.yaw_deg.is_finite() && state.look.exposure_stops.is_finite());
             let gains = state.look.lighting.gains();
-            assert!(
-                gains.iter().all(|v| v.is_finite() && *v >= 0.0),
-                "{gains:?}"
-            );
+            assert!(gains.iter().all(|v| v.is_finite() && *v >= 0.0), "{gains:?}");
             assert!(state.look.lighting.turn(state.look.yaw_deg).is_finite());
             let scene = state.scene();
             assert_eq!(scene.effects, scene.effects.bounded());
             Ok(())
-        }
-    );
+        });
     let place = folder.path().join("window.json");
     let layout = serde_json::to_string(&Layout::default()).unwrap();
     let preferences = format!(r#"{{"recent": ["/a/b"], "layout": {layout}}}"#).into_bytes();
-    let second = fuzz::run!(
-        Target::of_text("preferences", place, vec![preferences]),
-        |path: &Path| {
+    let second =
+        fuzz::run!(Target::of_text("preferences", place, vec![preferences]), |path: &Path| {
             Preferences::from_file(path).layout();
             Ok(())
-        }
-    );
+        });
     let stored = StoredLook::of(&State::new(10, 24.0).look).text();
     let third = fuzz::run!(
-        Target::of_text(
-            "stored look",
-            folder.path().join("0001.json"),
-            vec![stored.into_bytes()]
-        ),
+        Target::of_text("stored look", folder.path().join("0001.json"), vec![stored.into_bytes()]),
         |path: &Path| {
             let read = StoredLook::read(path).map_err(|e| e.to_string())?;
             let mut state = State::new(10, 24.0);

@@ -89,10 +89,7 @@ fn temporary() -> tempfile::TempDir {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let count = COUNT.fetch_add(1, Ordering::Relaxed);
     let name = format!("{:010}-{count:04}", std::process::id());
-    let named = tempfile::Builder::new()
-        .prefix(&name)
-        .rand_bytes(0)
-        .tempdir();
+    let named = tempfile::Builder::new().prefix(&name).rand_bytes(0).tempdir();
     named.expect("no other process has this name")
 }
 
@@ -115,22 +112,13 @@ fn clay_window(folder: &Path) -> Window {
 }
 
 /// A shoot with balls large enough to be looked at.
-const SHOOT: TestShoot = TestShoot {
-    frames: 3,
-    lamps: 12,
-    size: 64,
-    working_size: 64,
-};
+const SHOOT: TestShoot = TestShoot { frames: 3, lamps: 12, size: 64, working_size: 64 };
 
 /// Steps the window until `seen`, as a person would wait.
 fn until(window: &mut Window, what: &str, seen: impl Fn(&StudioApp) -> bool) {
     let started = Instant::now();
     while !seen(window.state()) {
-        assert!(
-            started.elapsed() < PATIENCE,
-            "no {what}: {:?}",
-            window.state().status()
-        );
+        assert!(started.elapsed() < PATIENCE, "no {what}: {:?}", window.state().status());
         std::thread::sleep(Duration::from_millis(5));
         window.step();
     }
@@ -239,12 +227,7 @@ fn plain_drag(window: &mut Window, from: Pos2, to: Pos2) {
 }
 
 fn drag(window: &mut Window, from: Pos2, to: Pos2, button: PointerButton, modifiers: Modifiers) {
-    let press = |pos, pressed| Event::PointerButton {
-        pos,
-        button,
-        pressed,
-        modifiers,
-    };
+    let press = |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers };
     window.event(Event::ModifiersChanged(modifiers));
     window.event(Event::PointerMoved(from));
     window.event(press(from, true));
@@ -286,19 +269,10 @@ fn turning_the_light_changes_the_picture_and_is_undone_at_once() {
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     let before = picture(&window);
-    drag(
-        &mut window,
-        MIDDLE,
-        MIDDLE + vec2(100.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    drag(&mut window, MIDDLE, MIDDLE + vec2(100.0, 0.0), PointerButton::Primary, Modifiers::NONE);
     until_shown(&mut window);
     let yaw = window.state().state().look.yaw_deg;
-    assert!(
-        (30.0..=50.0).contains(&yaw),
-        "100 points to the right turn the light by {yaw}°"
-    );
+    assert!((30.0..=50.0).contains(&yaw), "100 points to the right turn the light by {yaw}°");
     assert_ne!(picture(&window), before);
     let predict = &window.state().relit().unwrap().passes[0];
     assert_eq!(
@@ -320,31 +294,13 @@ fn turning_the_light_changes_the_picture_and_is_undone_at_once() {
 fn ctrl_drag_and_shift_right_drag_turn_and_a_middle_drag_moves() {
     let folder = crate::temporary();
     let mut window = clay_window(folder.path());
-    drag(
-        &mut window,
-        MIDDLE,
-        MIDDLE - vec2(50.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::COMMAND,
-    );
+    drag(&mut window, MIDDLE, MIDDLE - vec2(50.0, 0.0), PointerButton::Primary, Modifiers::COMMAND);
     let after_ctrl = window.state().state().look.yaw_deg;
     assert!(after_ctrl < -10.0, "{after_ctrl}");
-    drag(
-        &mut window,
-        MIDDLE,
-        MIDDLE - vec2(50.0, 0.0),
-        PointerButton::Secondary,
-        Modifiers::SHIFT,
-    );
+    drag(&mut window, MIDDLE, MIDDLE - vec2(50.0, 0.0), PointerButton::Secondary, Modifiers::SHIFT);
     let after_shift = window.state().state().look.yaw_deg;
     assert!(after_shift < after_ctrl - 10.0, "{after_shift}");
-    drag(
-        &mut window,
-        MIDDLE,
-        MIDDLE + vec2(30.0, 20.0),
-        PointerButton::Middle,
-        Modifiers::NONE,
-    );
+    drag(&mut window, MIDDLE, MIDDLE + vec2(30.0, 20.0), PointerButton::Middle, Modifiers::NONE);
     assert_eq!(window.state().state().look.yaw_deg, after_shift);
     assert_ne!(window.state().state().view.pan, [0.0; 2]);
     window.key_press(Key::F);
@@ -369,10 +325,7 @@ fn play_goes_through_the_frames_and_around() {
     window.key_press(Key::Space);
     window.run();
     assert!(!window.state().state().playing);
-    for (key, frame) in [
-        (Key::End, clay::FRAMES - 1),
-        (Key::ArrowLeft, clay::FRAMES - 2),
-    ] {
+    for (key, frame) in [(Key::End, clay::FRAMES - 1), (Key::ArrowLeft, clay::FRAMES - 2)] {
         window.key_press(key);
         // The window takes in one event a step, and a release may still be on its way.
         until(&mut window, "the frame that the key asks for", |app| {
@@ -424,10 +377,7 @@ fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
         until_shown(window);
     };
     choose(&mut window, "Tone curve", "Filmic");
-    assert_eq!(
-        window.state().state().look.effects.view,
-        ViewTransform::Filmic
-    );
+    assert_eq!(window.state().state().look.effects.view, ViewTransform::Filmic);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     until_shown(&mut window);
     assert_eq!(picture(&window), before);
@@ -437,33 +387,15 @@ fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
     until_shown(&mut window);
     let lit = picture(&window);
     assert!(mean(&lit, 1) > mean(&before, 1) + 1.0);
-    window
-        .get_by_label("Light 1 on the panorama")
-        .scroll_to_me();
+    window.get_by_label("Light 1 on the panorama").scroll_to_me();
     window.run_steps(4);
     // Its dot is dragged across the panorama, from camera-left to camera-right.
-    let dot = window
-        .get_by_label("Light 1 on the panorama")
-        .rect()
-        .center();
-    drag(
-        &mut window,
-        dot,
-        dot + vec2(180.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    let dot = window.get_by_label("Light 1 on the panorama").rect().center();
+    drag(&mut window, dot, dot + vec2(180.0, 0.0), PointerButton::Primary, Modifiers::NONE);
     until_shown(&mut window);
     let light = window.state().state().look.lighting.placed[0].clone();
-    assert!(
-        light.yaw_deg > 0.0 && (light.pitch_deg - 45.0).abs() < 4.0,
-        "{light:?}"
-    );
-    assert_eq!(
-        window.state().state().look.yaw_deg,
-        0.0,
-        "the panorama stays"
-    );
+    assert!(light.yaw_deg > 0.0 && (light.pitch_deg - 45.0).abs() < 4.0, "{light:?}");
+    assert_eq!(window.state().state().look.yaw_deg, 0.0, "the panorama stays");
     assert_ne!(picture(&window), lit);
     for _ in 0..2 {
         window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
@@ -488,11 +420,7 @@ fn exposure_background_and_the_reset_of_the_view() {
     window.get_by_label("Environment").click();
     until_shown(&mut window);
     assert_eq!(window.state().state().look.background, Background::None);
-    assert_eq!(
-        picture(&window)[..3],
-        [0; 3],
-        "nothing behind the subject is black"
-    );
+    assert_eq!(picture(&window)[..3], [0; 3], "nothing behind the subject is black");
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     until_shown(&mut window);
     assert!(window.state().state().viewing.is_neutral());
@@ -529,15 +457,9 @@ fn a_window_that_nobody_touches_asks_for_no_frame() {
         assert!(!window.ctx.has_requested_repaint());
         window.step();
         let wait = window.output().viewport_output[&egui::ViewportId::ROOT].repaint_delay;
-        assert!(
-            wait > Duration::from_secs(3600),
-            "the window wants to be drawn again in {wait:?}"
-        );
+        assert!(wait > Duration::from_secs(3600), "the window wants to be drawn again in {wait:?}");
     }
-    assert!(std::sync::Arc::ptr_eq(
-        &newest,
-        window.state().relit().unwrap()
-    ));
+    assert!(std::sync::Arc::ptr_eq(&newest, window.state().relit().unwrap()));
 }
 
 /// What a job is told to do next.
@@ -559,8 +481,7 @@ fn told_job(window: &mut Window) -> Sender<Word> {
         }
     });
     begun.unwrap();
-    tell.send(|progress| progress.step("training", 370, 1000, STEP))
-        .unwrap();
+    tell.send(|progress| progress.step("training", 370, 1000, STEP)).unwrap();
     until(window, "step of the job", |app| {
         app.status().job.as_ref().is_some_and(|w| w.note == STEP)
     });
@@ -583,22 +504,14 @@ fn the_picture_is_live_while_a_job_runs() {
         until_shown(&mut window);
     }
     let before = picture(&window);
-    drag(
-        &mut window,
-        MIDDLE,
-        MIDDLE + vec2(100.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    drag(&mut window, MIDDLE, MIDDLE + vec2(100.0, 0.0), PointerButton::Primary, Modifiers::NONE);
     until_shown(&mut window);
     assert_eq!(window.state().state().frame, 2);
     assert_ne!(picture(&window), before);
     assert!(window.state().status().job.is_some());
 
     drop(job);
-    until(&mut window, "end of the job", |app| {
-        app.status().job.is_none()
-    });
+    until(&mut window, "end of the job", |app| app.status().job.is_none());
     assert!(window.query_by_label("37 %").is_none());
     window.get_by_label(TRAINED);
     window.get_by_label("Close").click();
@@ -631,8 +544,7 @@ fn a_network_that_is_saved_is_seen_while_the_job_runs() {
     let job = told_job(&mut window);
     job.send(|progress| progress.saved()).unwrap();
     until(&mut window, "picture of the newer network", |app| {
-        app.relit()
-            .is_some_and(|r| r.scene == scene && r.rgb != before)
+        app.relit().is_some_and(|r| r.scene == scene && r.rgb != before)
     });
     assert!(window.state().status().job.is_some());
 }
@@ -654,21 +566,13 @@ fn a_job_is_paused_and_stopped_by_button_and_by_key() {
     window.run();
     window.get_by_label("Resume").click();
     window.run();
-    job.send(|progress| progress.step("training", 500, 1000, "going on"))
-        .unwrap();
+    job.send(|progress| progress.step("training", 500, 1000, "going on")).unwrap();
     until(&mut window, "step after the pause", |app| {
-        app.status()
-            .job
-            .as_ref()
-            .is_some_and(|w| w.note == "going on")
+        app.status().job.as_ref().is_some_and(|w| w.note == "going on")
     });
     window.get_by_label("Stop").click();
-    until(&mut window, "end of the job", |app| {
-        app.status().job.is_none()
-    });
-    let kept = Error::Cancelled {
-        kept: "the checkpoint".to_owned(),
-    };
+    until(&mut window, "end of the job", |app| app.status().job.is_none());
+    let kept = Error::Cancelled { kept: "the checkpoint".to_owned() };
     window.get_by_label(&kept.to_string());
 }
 
@@ -683,16 +587,10 @@ fn a_project_without_a_calibration_says_what_to_do_and_offers_it() {
         })
     };
     let mut window = window(|ctx| StudioApp::over(ctx, project, source));
-    until(&mut window, "reason", |app| {
-        matches!(app.status().phase, Phase::Blocked(_))
-    });
+    until(&mut window, "reason", |app| matches!(app.status().phase, Phase::Blocked(_)));
     window.run();
     window.get_by_label("Not calibrated yet");
-    assert!(
-        window
-            .query_by_label_contains("afterlight calibrate")
-            .is_none()
-    );
+    assert!(window.query_by_label_contains("afterlight calibrate").is_none());
     window.get_by_label("Calibrate");
 }
 
@@ -733,21 +631,13 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
 
     let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
     let needs = |need| move |app: &StudioApp| matches!(&app.status().phase, Phase::Blocked(b) if b.need == Some(need));
-    until(
-        &mut window,
-        "need of a calibration",
-        needs(Need::Calibration),
-    );
+    until(&mut window, "need of a calibration", needs(Need::Calibration));
     window.get_by_label("Calibrate").click();
-    until(&mut window, "picture without training", |app| {
-        app.relit().is_some()
-    });
+    until(&mut window, "picture without training", |app| app.relit().is_some());
     until_shown(&mut window);
     let carried_by = window.state().relit().unwrap().predicted.generation;
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
-    until(&mut window, "what is on disk", |app| {
-        app.training().records.is_some()
-    });
+    until(&mut window, "what is on disk", |app| app.training().records.is_some());
     window.get_by_label("Start").click();
     until(&mut window, "step of training", |app| {
         let work = app.status().job.as_ref();
@@ -762,13 +652,7 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
     until_shown(&mut window);
     let before = picture(&window);
     assert_eq!(before.len(), 32 * 32 * 3);
-    drag(
-        &mut window,
-        MIDDLE,
-        MIDDLE + vec2(200.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    drag(&mut window, MIDDLE, MIDDLE + vec2(200.0, 0.0), PointerButton::Primary, Modifiers::NONE);
     window.key_press(Key::End);
     until_shown(&mut window);
     assert_ne!(picture(&window), before);
@@ -779,13 +663,7 @@ fn the_window_looks_as_it_did() {
     let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
-    drag(
-        &mut window,
-        MIDDLE,
-        MIDDLE + vec2(75.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::NONE,
-    );
+    drag(&mut window, MIDDLE, MIDDLE + vec2(75.0, 0.0), PointerButton::Primary, Modifiers::NONE);
     until_shown(&mut window);
     snapshot(&mut window, "studio");
 }
@@ -801,9 +679,7 @@ fn a_window_in_which_a_job_runs_looks_as_it_did() {
     snapshot(&mut window, "studio_job");
     window.key_press(Key::P);
     drop(job);
-    until(&mut window, "end of the job", |app| {
-        app.status().job.is_none()
-    });
+    until(&mut window, "end of the job", |app| app.status().job.is_none());
     until_shown(&mut window);
     snapshot(&mut window, "studio_job_over");
 }
@@ -823,9 +699,7 @@ fn a_window_without_a_picture_shows_the_job_in_its_place() {
     assert!(window.query_by_label("Not calibrated yet").is_none());
     window.key_press(Key::P);
     window.run();
-    until(&mut window, "panoramas", |app| {
-        app.environments().iter().all(|e| e.panorama.is_done())
-    });
+    until(&mut window, "panoramas", |app| app.environments().iter().all(|e| e.panorama.is_done()));
     snapshot(&mut window, "studio_job_alone");
     window.key_press(Key::P);
     drop(job);
@@ -862,15 +736,10 @@ fn snapshot_without(window: &mut Window, name: &str, places: &[egui::Rect]) {
         let Some(label) = window.query_by_label_contains(timing).map(|l| l.rect()) else {
             continue;
         };
-        window.mask(egui::Rect::from_min_size(
-            label.min,
-            vec2(190.0, label.height()),
-        ));
+        window.mask(egui::Rect::from_min_size(label.min, vec2(190.0, label.height())));
     }
     let (threshold, pixels) = SNAPSHOT;
-    let options = SnapshotOptions::new()
-        .threshold(threshold)
-        .max_failed_pixels(pixels);
+    let options = SnapshotOptions::new().threshold(threshold).max_failed_pixels(pixels);
     window.snapshot_options(name, &options);
 }
 
@@ -881,10 +750,8 @@ fn vulkan_adapter() -> bool {
 }
 
 /// Where nothing can show a file dialog.
-const NO_DIALOGS: [(&str, &str); 2] = [
-    ("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"),
-    ("PATH", "/nonexistent"),
-];
+const NO_DIALOGS: [(&str, &str); 2] =
+    [("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"), ("PATH", "/nonexistent")];
 
 /// Runs the named test of this program once more, alone in a process of its own. True in that process, where the test goes on.
 fn alone(test: &str, variables: &[(&str, &str)]) -> bool {
@@ -894,9 +761,7 @@ fn alone(test: &str, variables: &[(&str, &str)]) -> bool {
     }
     let own = std::env::current_exe().unwrap();
     let mut command = std::process::Command::new(own);
-    command
-        .args(["--exact", test, "--nocapture"])
-        .env(ALONE, "1");
+    command.args(["--exact", test, "--nocapture"]).env(ALONE, "1");
     let done = command.envs(variables.iter().copied()).status().unwrap();
     assert!(done.success(), "{test}: {done}");
     false

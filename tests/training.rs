@@ -27,11 +27,7 @@ fn turn() -> MutexGuard<'static, ()> {
 
 /// A project in `folder`, of the one shoot that is there.
 fn project(folder: &Path, name: &str) -> (Project, Calibration) {
-    let shoot = TestShoot {
-        frames: 4,
-        working_size: 16,
-        ..TestShoot::default()
-    };
+    let shoot = TestShoot { frames: 4, working_size: 16, ..TestShoot::default() };
     shoot.calibrate(folder, name)
 }
 
@@ -62,10 +58,7 @@ fn run(
 
 fn predicted(project: &Project, calibration: &Calibration) -> ReflectanceField {
     let frame = Frame::load(project, &calibration.response, 3).unwrap();
-    Predictor::open(project, &Device::flex())
-        .unwrap()
-        .predict(&frame)
-        .unwrap()
+    Predictor::open(project, &Device::flex()).unwrap().predict(&frame).unwrap()
 }
 
 #[test]
@@ -96,30 +89,9 @@ fn a_resumed_run_equals_an_unstopped_one(config: TrainingConfig) {
     let folder = tempfile::tempdir().unwrap();
     let (stopped, calibration) = project(folder.path(), "stopped");
     let (unstopped, _) = project(folder.path(), "unstopped");
-    run(
-        &stopped,
-        &calibration,
-        TrainingConfig {
-            epochs: 2,
-            ..config.clone()
-        },
-    );
-    let resumed = run(
-        &stopped,
-        &calibration,
-        TrainingConfig {
-            epochs: 6,
-            ..config.clone()
-        },
-    );
-    let whole = run(
-        &unstopped,
-        &calibration,
-        TrainingConfig {
-            epochs: 6,
-            ..config.clone()
-        },
-    );
+    run(&stopped, &calibration, TrainingConfig { epochs: 2, ..config.clone() });
+    let resumed = run(&stopped, &calibration, TrainingConfig { epochs: 6, ..config.clone() });
+    let whole = run(&unstopped, &calibration, TrainingConfig { epochs: 6, ..config.clone() });
     assert_eq!(resumed.steps, whole.steps);
     assert_eq!(
         predicted(&stopped, &calibration).values,
@@ -133,11 +105,7 @@ fn what_is_computed_anew_on_the_way_back_changes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let networks = [false, true].map(|recompute| {
         let (project, calibration) = project(folder.path(), &format!("{recompute}"));
-        let config = TrainingConfig {
-            epochs: 3,
-            recompute,
-            ..small()
-        };
+        let config = TrainingConfig { epochs: 3, recompute, ..small() };
         run(&project, &calibration, config);
         predicted(&project, &calibration).values
     });
@@ -147,14 +115,7 @@ fn what_is_computed_anew_on_the_way_back_changes_nothing() {
 /// Trains so for 30 epochs, after which the loss has fallen and the output is neither black nor NaN.
 fn learns(folder: &Path, name: &str, config: TrainingConfig) {
     let (project, calibration) = project(folder, name);
-    let report = run(
-        &project,
-        &calibration,
-        TrainingConfig {
-            epochs: 30,
-            ..config
-        },
-    );
+    let report = run(&project, &calibration, TrainingConfig { epochs: 30, ..config });
     assert_eq!(report.skipped_steps, 0);
     assert!(report.dead_lamps.is_empty(), "{:?}", report.dead_lamps);
     let log = std::fs::read_to_string(project.root.join("training.csv")).unwrap();
@@ -165,10 +126,7 @@ fn learns(folder: &Path, name: &str, config: TrainingConfig) {
         .collect();
     let mean = |part: &[f32]| part.iter().sum::<f32>() / part.len() as f32;
     let (first, last) = (mean(&losses[..12]), mean(&losses[losses.len() - 12..]));
-    assert!(
-        last < 0.8 * first,
-        "{name}: the reconstruction loss went from {first} to {last}"
-    );
+    assert!(last < 0.8 * first, "{name}: the reconstruction loss went from {first} to {last}");
     let field = predicted(&project, &calibration);
     let lit = field.values.iter().filter(|v| **v > 1e-3).count();
     assert!(
@@ -184,10 +142,7 @@ fn training_learns_and_its_output_does_not_fall_to_black() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
     for formulation in [Formulation::Direct, Formulation::Ratio] {
-        let config = TrainingConfig {
-            formulation,
-            ..small()
-        };
+        let config = TrainingConfig { formulation, ..small() };
         learns(folder.path(), &format!("{formulation:?}"), config);
     }
 }
@@ -262,12 +217,7 @@ fn a_killed_run_leaves_a_readable_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
     let (project, _) = project(folder.path(), "film");
     let checkpoint = project.checkpoint_path();
-    let settings = [
-        "width=8",
-        "most-channels=16",
-        "minutes=none",
-        "checkpoint-seconds=0",
-    ];
+    let settings = ["width=8", "most-channels=16", "minutes=none", "checkpoint-seconds=0"];
     let start = || {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_afterlight"));
         command.arg("train").arg(&project.root);
@@ -315,10 +265,7 @@ fn a_training_says_what_it_adds_to_a_pose_that_was_held_out() {
     let [carried, corrected] =
         ["carried_db", "corrected_db"].map(|key| found[key].as_f64().unwrap());
     // The network takes part, but a few steps give it a share of next to nothing.
-    assert!(
-        carried > 15.0 && corrected != carried && (corrected - carried).abs() < 0.5,
-        "{found}"
-    );
+    assert!(carried > 15.0 && corrected != carried && (corrected - carried).abs() < 0.5, "{found}");
     assert!(train(&[])["prediction"].is_null());
 }
 
@@ -339,14 +286,8 @@ fn a_run_that_goes_back_learns_again_what_it_learnt() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
     let (project, calibration) = project(folder.path(), "film");
-    let short = TrainingConfig {
-        epochs: 3,
-        ..small()
-    };
-    let long = TrainingConfig {
-        epochs: 8,
-        ..small()
-    };
+    let short = TrainingConfig { epochs: 3, ..small() };
+    let long = TrainingConfig { epochs: 8, ..small() };
     let first = run(&project, &calibration, short).steps;
     let present = project.checkpoint_path();
     let log = || std::fs::read_to_string(project.root.join("training.csv")).unwrap();
@@ -356,16 +297,8 @@ fn a_run_that_goes_back_learns_again_what_it_learnt() {
     let (late, late_log) = (contents(&present), log());
     assert!(second > first && early.1 != late.1 && early.1.len() == 3);
 
-    assert_eq!(
-        checkpoints::go_back(&project, &first.to_string())
-            .unwrap()
-            .step,
-        first
-    );
-    assert_eq!(
-        (contents(&present), log()),
-        (early.clone(), early_log.clone())
-    );
+    assert_eq!(checkpoints::go_back(&project, &first.to_string()).unwrap().step, first);
+    assert_eq!((contents(&present), log()), (early.clone(), early_log.clone()));
     let listed = checkpoints::list(&project);
     assert!(listed.iter().any(|k| k.aside && k.info == late.0));
     assert!(listed.iter().any(|k| k.present && k.info == early.0));
@@ -381,13 +314,8 @@ fn a_run_that_goes_back_learns_again_what_it_learnt() {
     let steps: Vec<u64> = history.points().iter().map(|p| p.step).collect();
     assert_eq!(steps, (1..=second).collect::<Vec<_>>());
 
-    let refused = checkpoints::go_back(&project, "77")
-        .unwrap_err()
-        .for_terminal();
-    assert!(
-        refused.contains("77") && refused.contains("afterlight checkpoints"),
-        "{refused}"
-    );
+    let refused = checkpoints::go_back(&project, "77").unwrap_err().for_terminal();
+    assert!(refused.contains("77") && refused.contains("afterlight checkpoints"), "{refused}");
 }
 
 /// A run that starts over puts the old network aside with its curves, and however often training saves, the
@@ -397,24 +325,13 @@ fn what_was_trained_before_a_new_start_is_kept_and_the_list_is_bounded() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
     let (project, calibration) = project(folder.path(), "film");
-    let config = TrainingConfig {
-        epochs: 12,
-        checkpoint_seconds: 0.0,
-        ..small()
-    };
+    let config = TrainingConfig { epochs: 12, checkpoint_seconds: 0.0, ..small() };
     let steps = run(&project, &calibration, config.clone()).steps;
     let passing = checkpoints::list(&project).len() as u64;
-    assert!(
-        steps > 40 && passing <= 2 * (u64::from(steps.ilog2()) + 2),
-        "{passing} of {steps}"
-    );
+    assert!(steps > 40 && passing <= 2 * (u64::from(steps.ilog2()) + 2), "{passing} of {steps}");
     let old = contents(&project.checkpoint_path());
     let settings = TrainSettings {
-        config: TrainingConfig {
-            epochs: 1,
-            width: 16,
-            ..config
-        },
+        config: TrainingConfig { epochs: 1, width: 16, ..config },
         exclude_frames: vec![3],
         hold_out: None,
         fresh: true,
@@ -465,10 +382,7 @@ fn a_way_back_that_is_killed_leaves_a_readable_checkpoint() {
         let place = steps.iter().position(|&step| step == resumed.info.step);
         seen[place.unwrap()] = true;
         assert!(resumed.optimizer.is_some());
-        let kept: Vec<u64> = checkpoints::list(&project)
-            .iter()
-            .map(|k| k.info.step)
-            .collect();
+        let kept: Vec<u64> = checkpoints::list(&project).iter().map(|k| k.info.step).collect();
         let there = |step: &u64| kept.contains(step) || *step == resumed.info.step;
         assert!(steps.iter().all(there), "{kept:?}");
     }
@@ -482,17 +396,12 @@ fn a_paused_run_goes_on_as_if_it_had_not_been() {
     let folder = tempfile::tempdir().unwrap();
     let (paused, calibration) = project(folder.path(), "paused");
     let (straight, _) = project(folder.path(), "straight");
-    let config = TrainingConfig {
-        epochs: 6,
-        ..small()
-    };
+    let config = TrainingConfig { epochs: 6, ..small() };
     run(&straight, &calibration, config.clone());
     let control = Control::default();
     let steps = AtomicU32::new(0);
     let hear = |report| match report {
-        Report::Step {
-            stage: "training", ..
-        } if steps.fetch_add(1, Ordering::SeqCst) == 4 => {
+        Report::Step { stage: "training", .. } if steps.fetch_add(1, Ordering::SeqCst) == 4 => {
             control.pause(true);
         }
         Report::Say(sentence) if sentence.starts_with("Paused") => {
@@ -515,10 +424,7 @@ fn a_paused_run_goes_on_as_if_it_had_not_been() {
     let progress = Progress::new(&hear, control.clone());
     let report = train(&paused, &calibration, &settings, &progress).unwrap();
     assert!(steps.load(Ordering::SeqCst) > 5 && report.steps > 5);
-    assert_eq!(
-        predicted(&paused, &calibration).values,
-        predicted(&straight, &calibration).values
-    );
+    assert_eq!(predicted(&paused, &calibration).values, predicted(&straight, &calibration).values);
 }
 
 /// The network that predicts is the one that did best on the unseen pose, and training goes on from the
@@ -565,37 +471,23 @@ fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
     let (project, calibration) = project(folder.path(), "film");
-    run(
-        &project,
-        &calibration,
-        TrainingConfig {
-            epochs: 1,
-            ..small()
-        },
-    );
+    run(&project, &calibration, TrainingConfig { epochs: 1, ..small() });
     let mut larger = project.clone();
     larger.settings.size = 32;
     let refused = Predictor::open(&larger, &Device::flex())
         .err()
         .expect("another size is refused")
         .for_terminal();
-    assert!(
-        refused.contains("32 pixels") && refused.contains("--fresh"),
-        "{refused}"
-    );
+    assert!(refused.contains("32 pixels") && refused.contains("--fresh"), "{refused}");
     let settings = TrainSettings {
-        config: TrainingConfig {
-            width: 16,
-            ..small()
-        },
+        config: TrainingConfig { width: 16, ..small() },
         exclude_frames: Vec::new(),
         hold_out: None,
         fresh: false,
         device: DeviceChoice::Cpu,
     };
-    let refused = train(&project, &calibration, &settings, &Progress::silent())
-        .unwrap_err()
-        .for_terminal();
+    let refused =
+        train(&project, &calibration, &settings, &Progress::silent()).unwrap_err().for_terminal();
     assert!(refused.contains("--fresh"), "{refused}");
 }
 
@@ -606,9 +498,7 @@ fn moved_change(project: &Project, calibration: &Calibration) -> f32 {
     let from = |x: usize| x.checked_sub(2);
     let moved = Frame {
         index: frame.index,
-        plate: Raster::from_fn(w, h, |x, y| {
-            from(x).map_or([0.0; 3], |x| frame.plate.at(x, y))
-        }),
+        plate: Raster::from_fn(w, h, |x, y| from(x).map_or([0.0; 3], |x| frame.plate.at(x, y))),
         mask: Raster::from_fn(w, h, |x, y| from(x).map_or(0.0, |x| frame.mask.at(x, y))),
     };
     let predictor = Predictor::open(project, &Device::flex()).unwrap();
@@ -633,11 +523,7 @@ fn steadiness_makes_light_depend_less_on_where_the_subject_is() {
     let folder = tempfile::tempdir().unwrap();
     let [free, steady] = [0.0, 20.0].map(|steadiness| {
         let (project, calibration) = project(folder.path(), &format!("{steadiness}"));
-        let config = TrainingConfig {
-            epochs: 120,
-            steadiness,
-            ..small()
-        };
+        let config = TrainingConfig { epochs: 120, steadiness, ..small() };
         run(&project, &calibration, config);
         moved_change(&project, &calibration)
     });

@@ -14,12 +14,7 @@ use std::sync::{Arc, LazyLock, OnceLock};
 use test_shoot::TestShoot;
 use test_support::shown;
 
-const SHOOT: TestShoot = TestShoot {
-    frames: 4,
-    lamps: 20,
-    size: 64,
-    working_size: 64,
-};
+const SHOOT: TestShoot = TestShoot { frames: 4, lamps: 20, size: 64, working_size: 64 };
 
 /// A stage's exemplars and frames, read once for all tests.
 struct Stage {
@@ -61,9 +56,7 @@ fn transfer() -> Transfer {
 
 /// PSNR in decibels of encoded luminance inside the matte: the truth's brightest twentieth at one half.
 fn decibels(field: &ReflectanceField, truth: &[Image], mask: &Mask) -> f64 {
-    let inside: Vec<usize> = (0..mask.pixels.len())
-        .filter(|&p| mask.pixels[p] > 0.5)
-        .collect();
+    let inside: Vec<usize> = (0..mask.pixels.len()).filter(|&p| mask.pixels[p] > 0.5).collect();
     let truths: Vec<Vec<f32>> = truth
         .iter()
         .map(|olat| inside.iter().map(|&p| luminance(olat.pixels[p])).collect())
@@ -91,11 +84,7 @@ fn decibels(field: &ReflectanceField, truth: &[Image], mask: &Mask) -> f64 {
 
 fn sum(field: &ReflectanceField, weights: &[[f32; 3]], p: usize) -> [f32; 3] {
     std::array::from_fn(|c| {
-        weights
-            .iter()
-            .enumerate()
-            .map(|(lamp, w)| w[c] * field.plane(lamp, c)[p])
-            .sum()
+        weights.iter().enumerate().map(|(lamp, w)| w[c] * field.plane(lamp, c)[p]).sum()
     })
 }
 
@@ -109,11 +98,7 @@ fn olats_of_an_unseen_frame_are_nearer_to_the_truth_than_those_of_any_pose() {
     for pose in &stage.poses {
         let as_it_is = ReflectanceField::from_olats(&pose.exemplar.olats);
         let pose_db = decibels(&as_it_is, truth, &frame.mask);
-        assert!(
-            found > pose_db + 1.0,
-            "{found} dB, pose {} {pose_db} dB",
-            pose.exemplar.pose
-        );
+        assert!(found > pose_db + 1.0, "{found} dB, pose {} {pose_db} dB", pose.exemplar.pose);
     }
     let finite = |values: &[f32]| values.iter().all(|v| v.is_finite() && *v >= 0.0);
     assert!(finite(&carried.unlike.pixels) && finite(&carried.spread.pixels));
@@ -126,13 +111,7 @@ fn the_frame_is_the_sum_of_its_olats_under_the_interview_s_light() {
     let stage = &*STAGE;
     let frame = stage.frames[1].clone();
     let field = transfer().carry(&frame).field;
-    let brightest = frame
-        .plate
-        .pixels
-        .iter()
-        .flatten()
-        .copied()
-        .fold(0.0, f32::max);
+    let brightest = frame.plate.pixels.iter().flatten().copied().fold(0.0, f32::max);
     for (p, plate) in frame.plate.pixels.iter().enumerate() {
         // At the matte's edge the plate shows what is behind the subject.
         if frame.mask.pixels[p] > 0.0 && frame.mask.pixels[p] < 0.95 {
@@ -140,17 +119,9 @@ fn the_frame_is_the_sum_of_its_olats_under_the_interview_s_light() {
         }
         let found = sum(&field, &stage.calibration.learnt_light(), p);
         for c in 0..3 {
-            let expected = if frame.mask.pixels[p] > 0.0 {
-                plate[c]
-            } else {
-                0.0
-            };
+            let expected = if frame.mask.pixels[p] > 0.0 { plate[c] } else { 0.0 };
             // Where hardly any light is, nothing is divided by.
-            let dark = if expected < 0.01 * brightest {
-                0.01 * brightest
-            } else {
-                0.0
-            };
+            let dark = if expected < 0.01 * brightest { 0.01 * brightest } else { 0.0 };
             assert!(
                 (found[c] - expected).abs() <= 1e-4 * brightest + dark,
                 "{p}: {found:?}, plate {plate:?}"
@@ -163,25 +134,14 @@ fn the_frame_is_the_sum_of_its_olats_under_the_interview_s_light() {
 fn a_pose_among_the_exemplars_is_carried_over_as_it_is() {
     let stage = &*STAGE;
     let PlatePose { exemplar, plate } = &stage.poses[2];
-    let frame = Frame {
-        index: 0,
-        plate: plate.clone(),
-        mask: exemplar.mask.clone(),
-    };
-    let found = decibels(
-        &transfer().carry(&frame).field,
-        &exemplar.olats,
-        &exemplar.mask,
-    );
+    let frame = Frame { index: 0, plate: plate.clone(), mask: exemplar.mask.clone() };
+    let found = decibels(&transfer().carry(&frame).field, &exemplar.olats, &exemplar.mask);
     let others = decibels(
         &transfer().without(exemplar.pose).carry(&frame).field,
         &exemplar.olats,
         &exemplar.mask,
     );
-    assert!(
-        found > 32.0 && found > others + 3.0,
-        "{found} dB, without the pose {others} dB"
-    );
+    assert!(found > 32.0 && found > others + 3.0, "{found} dB, without the pose {others} dB");
 }
 
 #[test]
@@ -189,10 +149,7 @@ fn the_number_of_threads_changes_no_bit() {
     let stage = &*STAGE;
     let (transfer, frame) = (transfer(), stage.frames[2].clone());
     let carried = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| transfer.carry(&frame).field)
     };
     assert_eq!(carried(1), carried(3));
@@ -248,21 +205,11 @@ fn frames_beside_a_frame_steady_its_light() {
     assert!(steady < 0.7 * alone, "{steady} with, {alone} without");
 
     // A cut, a pose that jumps and a frame of another size say nothing.
-    let black = Frame {
-        plate: Image::filled(64, 64, [0.0; 3]),
-        ..frame.clone()
-    };
+    let black = Frame { plate: Image::filled(64, 64, [0.0; 3]), ..frame.clone() };
     let jump = &STAGE.poses[5];
-    let jump = Frame {
-        index: 0,
-        plate: jump.plate.clone(),
-        mask: jump.exemplar.mask.clone(),
-    };
-    let small = Frame {
-        index: 0,
-        plate: Image::filled(32, 32, [0.2; 3]),
-        mask: Mask::filled(32, 32, 1.0),
-    };
+    let jump = Frame { index: 0, plate: jump.plate.clone(), mask: jump.exemplar.mask.clone() };
+    let small =
+        Frame { index: 0, plate: Image::filled(32, 32, [0.2; 3]), mask: Mask::filled(32, 32, 1.0) };
     let lone = transfer.carry(frame).field;
     let own = transfer.matched(frame);
     for other in [black, jump, small] {
@@ -283,9 +230,8 @@ fn a_frame_is_the_same_alone_and_in_a_sequence() {
     };
     let frame = |index| Frame::load(&project, &calibration.response, index).unwrap();
     let sequence = open();
-    let fields: Vec<_> = (0..SHOOT.frames)
-        .map(|index| sequence.predict(&frame(index)).unwrap())
-        .collect();
+    let fields: Vec<_> =
+        (0..SHOOT.frames).map(|index| sequence.predict(&frame(index)).unwrap()).collect();
     for index in [2, 0, 3] {
         assert!(open().predict(&frame(index)).unwrap() == fields[index]);
     }
@@ -293,10 +239,7 @@ fn a_frame_is_the_same_alone_and_in_a_sequence() {
     let mut other = frame(2);
     other.plate = other.plate.map(|pixel| pixel.map(|v| 0.5 * v));
     assert!(sequence.predict(&other).unwrap() != fields[2]);
-    let far = Frame {
-        index: usize::MAX,
-        ..frame(2)
-    };
+    let far = Frame { index: usize::MAX, ..frame(2) };
     assert!(open().predict(&far).unwrap() == transfer().carry(&far).field);
 }
 
@@ -307,86 +250,43 @@ fn hard_frames_and_exemplars_give_finite_olats() {
     let finite = |transfer: &Transfer, frame: &Frame| {
         let carried = transfer.carry(frame);
         let values = &carried.field.values;
-        assert_eq!(
-            values.len(),
-            stage.calibration.rig.lamps.len() * 3 * frame.mask.pixels.len()
-        );
+        assert_eq!(values.len(), stage.calibration.rig.lamps.len() * 3 * frame.mask.pixels.len());
         assert!(values.iter().all(|v| v.is_finite() && *v >= 0.0));
-        let bright = frame
-            .plate
-            .pixels
-            .iter()
-            .flatten()
-            .copied()
-            .fold(0.0, f32::max);
+        let bright = frame.plate.pixels.iter().flatten().copied().fold(0.0, f32::max);
         let most = values.iter().copied().fold(0.0, f32::max);
         assert!(most <= 1e3 * bright.max(1e-3), "{most}");
     };
     let all = transfer();
-    let like = |f: fn([f32; 3]) -> [f32; 3]| Frame {
-        plate: frame.plate.map(f),
-        ..frame.clone()
-    };
+    let like = |f: fn([f32; 3]) -> [f32; 3]| Frame { plate: frame.plate.map(f), ..frame.clone() };
     finite(&all, &like(|_| [0.0; 3]));
     finite(&all, &like(|_| [1.0; 3]));
     finite(&all, &like(|p| p.map(|v| v * 1e-6)));
     finite(&all, &like(|p| p.map(|v| v * 1e4)));
     finite(&all, &like(|p| if p[0] > 0.2 { [f32::NAN; 3] } else { p }));
     for coverage in [0.0, 1.0] {
-        finite(
-            &all,
-            &Frame {
-                mask: frame.mask.map(|_| coverage),
-                ..frame.clone()
-            },
-        );
+        finite(&all, &Frame { mask: frame.mask.map(|_| coverage), ..frame.clone() });
     }
     // Half of the head is missing in the matte, or the frame is upside down.
-    let half = Mask::from_fn(
-        64,
-        64,
-        |x, y| if x < 32 { frame.mask.at(x, y) } else { 0.0 },
-    );
-    finite(
-        &all,
-        &Frame {
-            mask: half,
-            ..frame.clone()
-        },
-    );
+    let half = Mask::from_fn(64, 64, |x, y| if x < 32 { frame.mask.at(x, y) } else { 0.0 });
+    finite(&all, &Frame { mask: half, ..frame.clone() });
     let turned = Image::from_fn(64, 64, |x, y| frame.plate.at(63 - x, 63 - y));
-    finite(
-        &all,
-        &Frame {
-            plate: turned,
-            ..frame.clone()
-        },
-    );
+    finite(&all, &Frame { plate: turned, ..frame.clone() });
     let light = || stage.calibration.learnt_light();
     let one = Transfer::new(&stage.poses[..1], &stage.calibration.rig, light());
     finite(&one, &frame);
     finite(&Transfer::new(&[], &stage.calibration.rig, light()), &frame);
     // Lamps that no ball shows, and poses without light.
     let mut unseen: Rig = stage.calibration.rig.clone();
-    unseen
-        .lamps
-        .iter_mut()
-        .for_each(|lamp| lamp.confidence = 0.0);
+    unseen.lamps.iter_mut().for_each(|lamp| lamp.confidence = 0.0);
     finite(&Transfer::new(&stage.poses, &unseen, light()), &frame);
     let black: Vec<PlatePose> = (stage.poses.iter().cloned())
         .map(|mut pose| {
             pose.plate = pose.plate.map(|_| [0.0; 3]);
-            pose.exemplar
-                .olats
-                .iter_mut()
-                .for_each(|olat| *olat = olat.map(|_| [0.0; 3]));
+            pose.exemplar.olats.iter_mut().for_each(|olat| *olat = olat.map(|_| [0.0; 3]));
             pose
         })
         .collect();
-    finite(
-        &Transfer::new(&black, &stage.calibration.rig, light()),
-        &frame,
-    );
+    finite(&Transfer::new(&black, &stage.calibration.rig, light()), &frame);
     shown!(Pictures, "Frames black, white, NaN, upside down or half cut; exemplars one, none, black, or under lamps no ball shows",
         danger: "OLATs carried over are NaN, infinite or wildly bright",
         done: "weights and sums have floors; no exemplar means black OLATs");
@@ -431,12 +331,7 @@ fn the_sketch_is_reached() {
         write(&format!("mask_{n}"), &pose.exemplar.mask.pixels);
         write(
             &format!("olats_{n}"),
-            &pose
-                .exemplar
-                .olats
-                .iter()
-                .flat_map(plane)
-                .collect::<Vec<_>>(),
+            &pose.exemplar.olats.iter().flat_map(plane).collect::<Vec<_>>(),
         );
     }
     let about = serde_json::json!({
@@ -452,16 +347,10 @@ fn the_sketch_is_reached() {
         .arg(folder.path())
         .output()
         .unwrap();
-    assert!(
-        ran.status.success(),
-        "{}",
-        String::from_utf8_lossy(&ran.stderr)
-    );
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
     let bytes = std::fs::read(folder.path().join("olats")).unwrap();
-    let values: Vec<f32> = bytes
-        .chunks_exact(4)
-        .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-        .collect();
+    let values: Vec<f32> =
+        bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
     let pixels = frame.mask.pixels.len();
     let sketched: Vec<Image> = (values.chunks_exact(pixels))
         .map(|plane| Image {
@@ -471,51 +360,27 @@ fn the_sketch_is_reached() {
         })
         .collect();
     let truth: Vec<Image> = stage.truth.iter().map(grey).collect();
-    let found = decibels(
-        &Transfer::new(&poses, &rig, weights).carry(&frame).field,
-        &truth,
-        &frame.mask,
-    );
-    let expected = decibels(
-        &ReflectanceField::from_olats(&sketched),
-        &truth,
-        &frame.mask,
-    );
-    assert!(
-        found > expected - 0.05,
-        "{found:.2} dB, the sketch {expected:.2} dB"
-    );
+    let found =
+        decibels(&Transfer::new(&poses, &rig, weights).carry(&frame).field, &truth, &frame.mask);
+    let expected = decibels(&ReflectanceField::from_olats(&sketched), &truth, &frame.mask);
+    assert!(found > expected - 0.05, "{found:.2} dB, the sketch {expected:.2} dB");
     println!("{found:.2} dB, the sketch {expected:.2} dB");
 }
 
 /// Exemplars photographed at three times the working size show what a pixel of it hides.
 #[test]
 fn light_finer_than_the_working_size_is_carried_over() {
-    let shoot = TestShoot {
-        frames: 4,
-        lamps: 12,
-        size: 96,
-        working_size: 32,
-    };
+    let shoot = TestShoot { frames: 4, lamps: 12, size: 96, working_size: 32 };
     let folder = tempfile::tempdir().unwrap();
     let (project, calibration) = shoot.calibrate(folder.path(), "project");
     let truth = Truth::open(&project, &folder.path().join("shoot")).unwrap();
-    let known = *truth
-        .frames
-        .iter()
-        .find(|&&frame| truth.has_olats(frame))
-        .unwrap();
+    let known = *truth.frames.iter().find(|&&frame| truth.has_olats(frame)).unwrap();
     let (frame, filmed) = Frame::load_filmed(&project, &calibration.response, known).unwrap();
     let plain = Plate::of(filmed, &frame).unwrap();
-    let carried = Transfer::open(&project, &calibration)
-        .unwrap()
-        .carry(&frame);
+    let carried = Transfer::open(&project, &calibration).unwrap().carry(&frame);
     let detail = ExemplarDetail::read(&project, &calibration).unwrap();
     let bytes = detail.as_ref().unwrap().bytes();
-    assert!(
-        (1 << 16..96 * 96 * 3 * 12 * 8).contains(&bytes),
-        "{bytes} bytes"
-    );
+    assert!((1 << 16..96 * 96 * 3 * 12 * 8).contains(&bytes), "{bytes} bytes");
     let of = FineField {
         exemplars: Arc::new(OnceLock::from(detail)),
         places: carried.places.clone(),
@@ -525,9 +390,7 @@ fn light_finer_than_the_working_size_is_carried_over() {
     assert!(fine.has_fine_light() && !plain.has_fine_light());
 
     let alone = |lamp: usize, value: f32| -> Vec<[f32; 3]> {
-        (0..12)
-            .map(|other| [if other == lamp { value } else { 0.0 }; 3])
-            .collect()
+        (0..12).map(|other| [if other == lamp { value } else { 0.0 }; 3]).collect()
     };
     let shown = |plate: &Plate| {
         let olats: Vec<Image> = (0..12)
@@ -541,10 +404,7 @@ fn light_finer_than_the_working_size_is_carried_over() {
     let truths = truth.olats_at(known, PictureSize::Plate).unwrap();
     let [with, without] =
         [&fine, &plain].map(|plate| decibels(&shown(plate), &truths, &plate.matte));
-    assert!(
-        with > without + 0.5,
-        "{with:.2} dB with fine light, {without:.2} dB without"
-    );
+    assert!(with > without + 0.5, "{with:.2} dB with fine light, {without:.2} dB without");
 
     // Linear in the light, and nearly nothing under the interview's own.
     let ratio = |weights: &[[f32; 3]]| of.clone().fine_light(&plain).ratio(weights).unwrap();
@@ -554,10 +414,7 @@ fn light_finer_than_the_working_size_is_carried_over() {
         .zip(alone(5, -1.3))
         .map(|(a, b)| std::array::from_fn(|c| a[c] + b[c]))
         .collect();
-    let apart = ratio(&alone(2, 0.7))
-        .pixels
-        .into_iter()
-        .zip(ratio(&alone(5, -1.3)).pixels);
+    let apart = ratio(&alone(2, 0.7)).pixels.into_iter().zip(ratio(&alone(5, -1.3)).pixels);
     for ((one, other), both) in apart.zip(ratio(&both).pixels) {
         for c in 0..3 {
             assert!((one[c] + other[c] - both[c]).abs() < 1e-4);
@@ -575,19 +432,12 @@ fn light_finer_than_the_working_size_is_carried_over() {
         })
         .sum();
     let own = size(&ratio(&light));
-    assert!(
-        own < 0.12 * single,
-        "{own} under the interview's light, {single} under its lamps"
-    );
+    assert!(own < 0.12 * single, "{own} under the interview's light, {single} under its lamps");
 }
 
 #[test]
 fn exemplars_of_the_working_size_have_no_finer_light() {
     let folder = tempfile::tempdir().unwrap();
     let (project, calibration) = TestShoot::default().calibrate(folder.path(), "project");
-    assert!(
-        ExemplarDetail::read(&project, &calibration)
-            .unwrap()
-            .is_none()
-    );
+    assert!(ExemplarDetail::read(&project, &calibration).unwrap().is_none());
 }

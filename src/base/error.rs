@@ -15,20 +15,10 @@ pub type Result<T> = std::result::Result<T, Error>;
 pub enum Error {
     /// The operating system refused to read, write, move or start something.
     #[error("cannot {action} {}: {}. {remedy}", shown(&files::plain(path)), io_words(source))]
-    Io {
-        action: &'static str,
-        path: PathBuf,
-        source: io::Error,
-        remedy: Remedy,
-    },
+    Io { action: &'static str, path: PathBuf, source: io::Error, remedy: Remedy },
     /// A file could not be decoded or encoded: it is damaged, of another kind, or of another version.
     #[error("cannot {action} {}: {cause}. {remedy}", shown(&files::plain(path)))]
-    Codec {
-        action: &'static str,
-        path: PathBuf,
-        cause: String,
-        remedy: Remedy,
-    },
+    Codec { action: &'static str, path: PathBuf, cause: String, remedy: Remedy },
     /// A setting, file or picture cannot be used as it is.
     #[error("{problem}. {remedy}")]
     Invalid { problem: String, remedy: Remedy },
@@ -92,10 +82,7 @@ impl From<&str> for Remedy {
 /// The words, and how on the command line.
 impl<W: Into<String>, H: Into<String>> From<(W, H)> for Remedy {
     fn from((words, how): (W, H)) -> Self {
-        Self {
-            words: words.into(),
-            how: Some(how.into()),
-        }
+        Self { words: words.into(), how: Some(how.into()) }
     }
 }
 
@@ -199,12 +186,7 @@ impl Error {
         source: io::Error,
         remedy: impl Into<Remedy>,
     ) -> Self {
-        Self::Io {
-            action,
-            path: path.as_ref().to_path_buf(),
-            source,
-            remedy: remedy.into(),
-        }
+        Self::Io { action, path: path.as_ref().to_path_buf(), source, remedy: remedy.into() }
     }
 
     /// The content of the file at `path` could not be decoded or encoded.
@@ -224,10 +206,7 @@ impl Error {
 
     /// A setting, file or picture cannot be used as it is.
     pub fn invalid(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
-        Self::Invalid {
-            problem: shown(&problem.into()),
-            remedy: remedy.into(),
-        }
+        Self::Invalid { problem: shown(&problem.into()), remedy: remedy.into() }
     }
 
     /// A picture whose columns and rows differ from those of another that it belongs to.
@@ -245,33 +224,22 @@ impl Error {
 
     /// Something that is needed or was asked for does not exist.
     pub fn missing(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
-        Self::Missing {
-            problem: shown(&problem.into()),
-            remedy: remedy.into(),
-        }
+        Self::Missing { problem: shown(&problem.into()), remedy: remedy.into() }
     }
 
     /// Somebody else is using it.
     pub fn busy(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
-        Self::Busy {
-            problem: shown(&problem.into()),
-            remedy: remedy.into(),
-        }
+        Self::Busy { problem: shown(&problem.into()), remedy: remedy.into() }
     }
 
     /// The GPU or the display failed at something, or cannot do it.
     pub fn device(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
-        Self::Device {
-            problem: problem.into(),
-            remedy: remedy.into(),
-        }
+        Self::Device { problem: problem.into(), remedy: remedy.into() }
     }
 
     /// Afterlight itself is wrong: `problem` says what it failed to do, and why.
     pub fn bug(problem: impl Into<String>) -> Self {
-        Self::Bug {
-            problem: problem.into(),
-        }
+        Self::Bug { problem: problem.into() }
     }
 
     /// The same error of a setting or of something missing, with the file or folder that it is about. Other kinds stay as they are.
@@ -344,10 +312,7 @@ mod tests {
 
     #[test]
     fn commands_are_for_terminals_and_the_numbers_of_the_system_for_nobody() {
-        let error = Error::missing(
-            "no network yet",
-            ("Train first", "afterlight train PROJECT"),
-        );
+        let error = Error::missing("no network yet", ("Train first", "afterlight train PROJECT"));
         assert_eq!(error.to_string(), "no network yet. Train first");
         let noted = error.with_note("2 frames are kept");
         assert_eq!(
@@ -392,10 +357,7 @@ mod tests {
     #[test]
     fn paths_in_sentences_have_no_ways_back() {
         for (said, expected) in [
-            (
-                "the folder /films/a/../shoot is missing",
-                "the folder /films/shoot is missing",
-            ),
+            ("the folder /films/a/../shoot is missing", "the folder /films/shoot is missing"),
             ("/a and b/../c", "/a and b/../c"),
             ("/a/b/../../c and /d/e/../f", "/c and /d/f"),
             ("/../a and ../../b", "/../a and ../../b"),
@@ -406,10 +368,7 @@ mod tests {
         }
         let path = "/films/project/../shoot/a.png";
         let error = Error::io("read", path, io::ErrorKind::NotFound.into(), "Look");
-        assert_eq!(
-            error.to_string(),
-            "cannot read /films/shoot/a.png: not found. Look"
-        );
+        assert_eq!(error.to_string(), "cannot read /films/shoot/a.png: not found. Look");
     }
 
     #[cfg(unix)]
@@ -425,10 +384,7 @@ mod tests {
         let sentence = format!("cannot read {}: not found. Look", path.display());
         assert_eq!(error.to_string(), sentence);
         let said = format!("\"{}\" is missing", path.display());
-        assert_eq!(
-            Error::missing(&*said, "Look").to_string(),
-            format!("{said}. Look")
-        );
+        assert_eq!(Error::missing(&*said, "Look").to_string(), format!("{said}. Look"));
         // The folder itself is no link.
         let path = films.join("../shoot");
         let error = Error::io("read", &path, io::ErrorKind::NotFound.into(), "Look");

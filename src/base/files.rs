@@ -26,11 +26,7 @@ const OLD: Duration = Duration::from_secs(24 * 3600);
 /// As [`File::open`], and when it is a device, a pipe or a folder: these may never end.
 pub fn open(path: &Path) -> io::Result<File> {
     let kind = std::fs::metadata(path)?.file_type();
-    if kind.is_file() {
-        File::open(path)
-    } else {
-        Err(not_a_file(kind))
-    }
+    if kind.is_file() { File::open(path) } else { Err(not_a_file(kind)) }
 }
 
 /// A path as a person reads it: without `.`, and without folders that `..` leaves again. It may lead elsewhere where links are
@@ -112,10 +108,7 @@ fn not_a_file(kind: FileType) -> io::Error {
     } else {
         "a device or a pipe"
     };
-    io::Error::new(
-        ErrorKind::InvalidInput,
-        format!("this is {what} and not a file"),
-    )
+    io::Error::new(ErrorKind::InvalidInput, format!("this is {what} and not a file"))
 }
 
 /// Whether a name that a file gives is the name of a file beside it, and no way to elsewhere.
@@ -248,17 +241,12 @@ fn unfinished(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let is_ours = |name: &OsStr| {
         let name = name.to_string_lossy();
-        let inner = name
-            .strip_prefix('.')
-            .and_then(|name| name.strip_suffix(UNFINISHED));
+        let inner = name.strip_prefix('.').and_then(|name| name.strip_suffix(UNFINISHED));
         (inner.and_then(|inner| inner.rsplit_once('.'))).is_some_and(|(_, random)| {
             random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric())
         })
     };
-    entries
-        .filter(|entry| is_ours(&entry.file_name()))
-        .map(|entry| entry.path())
-        .collect()
+    entries.filter(|entry| is_ours(&entry.file_name())).map(|entry| entry.path()).collect()
 }
 
 #[cfg(test)]
@@ -304,10 +292,7 @@ mod tests {
             write_beside(&path, |out| out.write_all(text.as_bytes())).unwrap();
             assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
         }
-        assert_eq!(
-            std::fs::read_dir(path.parent().unwrap()).unwrap().count(),
-            1
-        );
+        assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
         let usual = folder.path().join("usual");
         std::fs::write(&usual, "").unwrap();
         let permissions = |path: &Path| std::fs::metadata(path).unwrap().permissions();
@@ -407,10 +392,7 @@ mod tests {
         std::fs::write(&path, "four").unwrap();
         assert_eq!(read_text(&path, 4).unwrap(), "four");
         let said = read_text(&path, 3).unwrap_err().to_string();
-        assert!(
-            said.contains("4 bytes") && said.contains("at most 3"),
-            "{said}"
-        );
+        assert!(said.contains("4 bytes") && said.contains("at most 3"), "{said}");
         // 64 GB that take no room on the disk.
         File::create(&path).unwrap().set_len(1 << 36).unwrap();
         assert!(read_text(&path, MOST_TEXT).is_err());

@@ -19,9 +19,7 @@ pub fn numbers<const N: usize>(text: &str, names: &str) -> std::result::Result<[
         .collect::<std::result::Result<Vec<f64>, _>>()
         .map_err(|_| refuse())?;
     let numbers: [f64; N] = numbers.try_into().map_err(|_| refuse())?;
-    (numbers.iter().all(|number| number.is_finite()))
-        .then_some(numbers)
-        .ok_or_else(refuse)
+    (numbers.iter().all(|number| number.is_finite())).then_some(numbers).ok_or_else(refuse)
 }
 
 /// What reads a number of a range, for clap. NaN is in no range.
@@ -31,13 +29,8 @@ where
 {
     move |text| {
         let number = text.trim().parse().ok();
-        (number.filter(|number| range.contains(number))).ok_or_else(|| {
-            format!(
-                "expected a number from {} to {}",
-                range.start(),
-                range.end()
-            )
-        })
+        (number.filter(|number| range.contains(number)))
+            .ok_or_else(|| format!("expected a number from {} to {}", range.start(), range.end()))
     }
 }
 
@@ -50,10 +43,7 @@ mod tests {
         assert_eq!(numbers("1, -2.5", "X,Y"), Ok([1.0, -2.5]));
         for text in ["", "1", "1,2,3", "1,b", "1,nan", "inf,2"] {
             let refused = numbers::<2>(text, "X,Y").unwrap_err();
-            assert!(
-                refused.contains("X,Y") && refused.contains(text),
-                "{refused}"
-            );
+            assert!(refused.contains("X,Y") && refused.contains(text), "{refused}");
         }
     }
 
@@ -62,11 +52,7 @@ mod tests {
         let read = within(-2.5f32..=4.0);
         assert_eq!(read(" -2.5 "), Ok(-2.5));
         for text in ["nan", "inf", "-inf", "1e99", "-2.6", "4.1", "", "two"] {
-            assert_eq!(
-                read(text),
-                Err("expected a number from -2.5 to 4".into()),
-                "{text}"
-            );
+            assert_eq!(read(text), Err("expected a number from -2.5 to 4".into()), "{text}");
         }
         assert_eq!(within(1..=8usize)("8"), Ok(8));
         assert!(within(1..=8usize)("-1").is_err() && within(1..=8usize)("9").is_err());

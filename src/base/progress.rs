@@ -13,12 +13,7 @@ use std::time::Duration;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
     /// `done` of `total` units of `stage` are finished; `note` is a short live remark (a loss, a file).
-    Step {
-        stage: &'static str,
-        done: u64,
-        total: u64,
-        note: String,
-    },
+    Step { stage: &'static str, done: u64, total: u64, note: String },
     /// A network that predicts has been saved.
     Saved,
     /// How a training run stands.
@@ -75,48 +70,27 @@ pub struct Progress<'a> {
 impl<'a> Progress<'a> {
     /// Reports go to `sink`; work stops and pauses as `control` says.
     pub fn new(sink: &'a (dyn Fn(Report) + Sync), control: Control) -> Self {
-        Self {
-            sink,
-            pictures: None,
-            attended: false,
-            control,
-        }
+        Self { sink, pictures: None, attended: false, control }
     }
 
     /// The same, with training's pictures going to `pictures`, which may skip all but the newest.
     pub fn with_pictures(self, pictures: &'a (dyn Fn(TrainingPictures) + Sync)) -> Self {
-        Self {
-            pictures: Some(pictures),
-            ..self
-        }
+        Self { pictures: Some(pictures), ..self }
     }
 
     /// The same, with a person there to end a pause.
     pub fn attended(self) -> Self {
-        Self {
-            attended: true,
-            ..self
-        }
+        Self { attended: true, ..self }
     }
 
     /// Reports nothing and never stops: for tests and short work.
     pub fn silent() -> Progress<'static> {
-        Progress {
-            sink: &|_| {},
-            pictures: None,
-            attended: false,
-            control: Control::default(),
-        }
+        Progress { sink: &|_| {}, pictures: None, attended: false, control: Control::default() }
     }
 
     /// Reports that `done` of `total` units are finished.
     pub fn step(&self, stage: &'static str, done: u64, total: u64, note: impl Into<String>) {
-        (self.sink)(Report::Step {
-            stage,
-            done,
-            total,
-            note: note.into(),
-        });
+        (self.sink)(Report::Step { stage, done, total, note: note.into() });
     }
 
     /// Reports a sentence for the log.
@@ -126,10 +100,7 @@ impl<'a> Progress<'a> {
 
     /// Reports a sentence for the log, and how to do on the command line what it asks for.
     pub fn advise(&self, sentence: impl Into<String>, how: impl Into<String>) {
-        (self.sink)(Report::Advise {
-            sentence: sentence.into(),
-            how: how.into(),
-        });
+        (self.sink)(Report::Advise { sentence: sentence.into(), how: how.into() });
     }
 
     /// Reports a sentence about an error, and how to put that right on the command line if the error knows.
@@ -206,13 +177,7 @@ impl<'a> Progress<'a> {
         if rayon::current_thread_index().is_none() {
             self.wait_while_paused();
         }
-        if self.cancelled() {
-            Err(Error::Cancelled {
-                kept: kept.to_owned(),
-            })
-        } else {
-            Ok(())
-        }
+        if self.cancelled() { Err(Error::Cancelled { kept: kept.to_owned() }) } else { Ok(()) }
     }
 }
 
@@ -223,12 +188,7 @@ mod tests {
 
     fn full() -> Result<()> {
         let remedy = "Check that the disk has room";
-        Err(Error::io(
-            "write",
-            "weights.bpk",
-            std::io::ErrorKind::StorageFull.into(),
-            remedy,
-        ))
+        Err(Error::io("write", "weights.bpk", std::io::ErrorKind::StorageFull.into(), remedy))
     }
 
     #[test]

@@ -33,22 +33,14 @@ impl Spread {
             let place = (share * last).round() as usize;
             times.get(place).copied().unwrap_or(f64::NAN)
         };
-        Self {
-            median_ms: at(0.5),
-            low_ms: at(0.05),
-            high_ms: at(0.95),
-            runs: times.len(),
-        }
+        Self { median_ms: at(0.5), low_ms: at(0.05), high_ms: at(0.95), runs: times.len() }
     }
 }
 
 impl Budget {
     /// At least thrice, at most `most` times, for about so many seconds.
     pub fn seconds(seconds: f64, most: usize) -> Self {
-        Self {
-            runs: (3.min(most), most),
-            time: Duration::from_secs_f64(seconds.max(0.0)),
-        }
+        Self { runs: (3.min(most), most), time: Duration::from_secs_f64(seconds.max(0.0)) }
     }
 
     /// The milliseconds of each run of `work`.

@@ -70,11 +70,9 @@ fn measure(request: &Request, compute: &ComputeDevice, tell: Tell) -> Result<()>
             })
             .map(drop)
         }
-        Measure::Picture {
-            preset,
-            working,
-            size,
-        } => pictures(preset, (working, size), seconds, compute, tell),
+        Measure::Picture { preset, working, size } => {
+            pictures(preset, (working, size), seconds, compute, tell)
+        }
     }
 }
 

@@ -19,18 +19,13 @@ pub fn field(size: usize, lamps: usize) -> ReflectanceField {
         width: size,
         height: size,
         lamps,
-        values: (0..lamps * 3 * size * size)
-            .into_par_iter()
-            .map(noise)
-            .collect(),
+        values: (0..lamps * 3 * size * size).into_par_iter().map(noise).collect(),
     }
 }
 
 /// A round subject with a soft edge.
 pub fn matte(size: usize) -> Mask {
-    Mask::from_fn(size, size, |x, y| {
-        (40.0 * (0.7 - from_centre(size, x, y))).clamp(0.0, 1.0)
-    })
+    Mask::from_fn(size, size, |x, y| (40.0 * (0.7 - from_centre(size, x, y))).clamp(0.0, 1.0))
 }
 
 /// The distance of a pixel from the picture's centre, in halves of its width.
@@ -49,11 +44,7 @@ pub fn plate(size: usize) -> Image {
 
 /// The same as a frame.
 pub fn frame(size: usize) -> Frame {
-    Frame {
-        index: 0,
-        plate: plate(size),
-        mask: matte(size),
-    }
+    Frame { index: 0, plate: plate(size), mask: matte(size) }
 }
 
 /// Lamps all around, evenly: a spiral of Fibonacci (González 2010).
@@ -72,7 +63,5 @@ pub fn rig() -> Rig {
             clipped: 0.0,
         }
     };
-    Rig {
-        lamps: (0..LAMPS).map(lamp).collect(),
-    }
+    Rig { lamps: (0..LAMPS).map(lamp).collect() }
 }

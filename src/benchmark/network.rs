@@ -33,11 +33,8 @@ pub fn network(
             Ok(())
         })
     };
-    let predictor = Predictor::new(
-        trainer.network().clone(),
-        trainer.info().clone(),
-        &compute.device,
-    );
+    let predictor =
+        Predictor::new(trainer.network().clone(), trainer.info().clone(), &compute.device);
     predictions(&predictor, size, seconds / 2.0, compute, tell)?;
     drop(predictor);
     warm(STEP, seconds / 2.0, tell, || step(&mut trainer))

@@ -64,10 +64,7 @@ pub fn passes(
     tell: TellPass,
 ) -> Result<PassTable> {
     let mut shoot = Shoot::new(size, lamps)?;
-    let full = shoot
-        .field
-        .take()
-        .ok_or_else(|| Error::bug("there is no field"))?;
+    let full = shoot.field.take().ok_or_else(|| Error::bug("there is no field"))?;
     let mut passes = Vec::new();
     let field_bytes = size_of_val(&full.values[..]);
     let (field, copied_per_second) = match &compute.gpu {
@@ -99,9 +96,7 @@ pub fn passes(
         whole.get_or_insert_with(|| Spread::of(wholes));
         for (index, pass) in Pass::ALL.into_iter().enumerate() {
             let report = &pictures[0][index];
-            let fresh = passes
-                .iter()
-                .all(|known: &PassTimes| known.name != report.name);
+            let fresh = passes.iter().all(|known: &PassTimes| known.name != report.name);
             let Some(needs) = needs(pass).filter(|_| fresh && report.ran) else {
                 continue;
             };
@@ -118,10 +113,7 @@ pub fn passes(
             shoot.before = Some(shoot.steady(&half)?);
             let (pictures, _) = shoot.timed(&scene, &half, budget)?;
             let sum = Pass::ALL.iter().position(|&pass| pass == Pass::Relight);
-            let needs = needs(Pass::Relight).map(|needs| Needs {
-                fields: 0.5,
-                ..needs
-            });
+            let needs = needs(Pass::Relight).map(|needs| Needs { fields: 0.5, ..needs });
             let timed = PassTimes {
                 name: HALF_SUM.to_owned(),
                 times: sum.and_then(|sum| spread(&pictures, sum)),
@@ -131,24 +123,15 @@ pub fn passes(
             passes.push(timed);
         }
     }
-    let timed = PassTimes {
-        name: "whole picture".into(),
-        times: whole,
-        copy_ms: None,
-    };
+    let timed = PassTimes { name: "whole picture".into(), times: whole, copy_ms: None };
     tell(&timed, copied_per_second)?;
     passes.push(timed);
-    Ok(PassTable {
-        copied_per_second,
-        passes,
-    })
+    Ok(PassTable { copied_per_second, passes })
 }
 
 /// Times of one pass in several pictures.
 fn spread(pictures: &[Vec<PassReport>], index: usize) -> Option<Spread> {
-    let times: Vec<f64> = (pictures.iter())
-        .filter_map(|passes| passes[index].ms)
-        .collect();
+    let times: Vec<f64> = (pictures.iter()).filter_map(|passes| passes[index].ms).collect();
     (!times.is_empty()).then(|| Spread::of(times))
 }
 
@@ -187,21 +170,15 @@ fn sums(
             copy_ms: Some(1e3 * (bytes + 12 * size * size) as f64 / copied),
         })
     };
-    timed("sum, f32", size_of_val(&full.values[..]), &|| {
-        relight(full, weights, &lit)
-    })?;
+    timed("sum, f32", size_of_val(&full.values[..]), &|| relight(full, weights, &lit))?;
     let half = HalfField::from(full);
-    timed("sum, f16", size_of_val(half.values()), &|| {
-        relight_half(&half, weights, &lit)
-    })?;
+    timed("sum, f16", size_of_val(half.values()), &|| relight_half(&half, weights, &lit))?;
     // The basis of a part is a basis: only the number of components matters here.
     let part = noise_field(32, full.lamps);
     let few = LampBasis::of(&[&part])
         .and_then(|basis| basis.compress(full, COMPONENTS.min(basis.len())))
         .ok_or_else(|| Error::bug("a field has no components"))?;
-    timed("sum, compressed", few.bytes(), &|| {
-        relight_compressed(&few, weights)
-    })
+    timed("sum, compressed", few.bytes(), &|| relight_compressed(&few, weights))
 }
 
 /// What a pass reads and writes at least.
@@ -227,11 +204,7 @@ fn needs(pass: Pass) -> Option<Needs> {
         // From picture to picture.
         _ => (2.0, 0.0, 0.0),
     };
-    Some(Needs {
-        pictures,
-        mattes,
-        fields,
-    })
+    Some(Needs { pictures, mattes, fields })
 }
 
 impl Needs {
@@ -286,23 +259,17 @@ impl Shoot {
     fn new(size: usize, lamps: usize) -> Result<Self> {
         let mut field = noise_field(size, lamps);
         let plane = size * size;
-        field
-            .values
-            .par_chunks_mut(plane)
-            .enumerate()
-            .for_each(|(i, values)| {
-                let screen = if i % 3 == 1 { 3.0 } else { 0.0 };
-                for (at, value) in values.iter_mut().enumerate() {
-                    *value += screen * (from_centre(size, at % size, at / size) - 0.62).max(0.0);
-                }
-            });
+        field.values.par_chunks_mut(plane).enumerate().for_each(|(i, values)| {
+            let screen = if i % 3 == 1 { 3.0 } else { 0.0 };
+            for (at, value) in values.iter_mut().enumerate() {
+                *value += screen * (from_centre(size, at % size, at / size) - 0.62).max(0.0);
+            }
+        });
         Ok(Self {
             field: Some(field),
             mask: matte(size),
             weights: LightWeights {
-                per_lamp: (0..lamps)
-                    .map(|l| [0.02, 0.03, 0.01 + 0.0005 * l as f32])
-                    .collect(),
+                per_lamp: (0..lamps).map(|l| [0.02, 0.03, 0.01 + 0.0005 * l as f32]).collect(),
                 uncovered: 0.0,
             },
             environment: Environment {
@@ -313,9 +280,7 @@ impl Shoot {
                 }),
                 repaired_texels: 0,
             },
-            plate: Grain {
-                deviation: [[0.2; 3]; 8],
-            },
+            plate: Grain { deviation: [[0.2; 3]; 8] },
             second: Encoded(Image::filled(size, size, [0.5; 3])),
             before: None,
         })
@@ -341,10 +306,7 @@ impl Shoot {
 
     /// What a frame that was darker hands on.
     fn steady(&self, field: &Field) -> Result<Steady> {
-        let first = Scene {
-            frame: 0,
-            ..scenes().remove(0)
-        };
+        let first = Scene { frame: 0, ..scenes().remove(0) };
         let steady = compose(&first, &self.of(field))?.steady;
         let mut steady =
             steady.ok_or_else(|| Error::bug("a scene with smoothing hands on nothing"))?;
@@ -377,9 +339,7 @@ pub fn copied_by_memory(bytes: usize, budget: Budget) -> Result<f64> {
     let source = vec![1u64; bytes / 8];
     let mut target = vec![0u64; bytes / 8];
     let mut copy = || {
-        let chunks = target
-            .par_chunks_mut(1 << 15)
-            .zip(source.par_chunks(1 << 15));
+        let chunks = target.par_chunks_mut(1 << 15).zip(source.par_chunks(1 << 15));
         chunks.for_each(|(target, source)| target.copy_from_slice(source));
         black_box(&mut target);
         Ok(())

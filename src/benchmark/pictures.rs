@@ -82,11 +82,7 @@ impl<'a> Studio<'a> {
             held_out: None,
         };
         let frame = data::frame(working);
-        let square = PlateSquare {
-            x: 0.0,
-            y: 0.0,
-            side: size as f32,
-        };
+        let square = PlateSquare { x: 0.0, y: 0.0, side: size as f32 };
         let plate = (size != working)
             .then(|| Plate::new(data::plate(size), data::matte(size), square, &frame.mask));
         Ok(Self {

@@ -24,10 +24,8 @@ pub const PICTURES: [&str; 3] = [
 pub const PASSES: &str = "every pass";
 pub const SELF_TEST: &str = "self-test";
 /// First uses of a network's kernels: what is timed, and what its first run is called.
-pub const FIRST: [(&str, &str); 2] = [
-    (STEP, "first training step"),
-    (PREDICTION, "first prediction"),
-];
+pub const FIRST: [(&str, &str); 2] =
+    [(STEP, "first training step"), (PREDICTION, "first prediction")];
 
 /// The first run of a process that finds no kernels that earlier ones kept.
 pub fn first_ever((_, name): &(&str, &str)) -> String {
@@ -50,11 +48,7 @@ pub struct Planned {
 pub fn plan(gpu: bool) -> Vec<Planned> {
     use Preset::{FastGpu, Paper, Quick};
     let network = |preset, size| Measure::Network { preset, size };
-    let picture = |preset, size| Measure::Picture {
-        preset,
-        working: WORKING,
-        size,
-    };
+    let picture = |preset, size| Measure::Picture { preset, working: WORKING, size };
     let passes = |size| Measure::Passes { size };
     let order = [
         Measure::SelfTest,
@@ -79,36 +73,19 @@ pub fn plan(gpu: bool) -> Vec<Planned> {
     let on_both = order
         .into_iter()
         .flat_map(|measure| [true, false].map(|on_gpu| Planned { on_gpu, measure }));
-    on_both
-        .filter(|planned| {
-            if planned.on_gpu {
-                gpu
-            } else {
-                !planned.for_gpus()
-            }
-        })
-        .collect()
+    on_both.filter(|planned| if planned.on_gpu { gpu } else { !planned.for_gpus() }).collect()
 }
 
 impl Planned {
     /// Whether it is about GPUs alone.
     fn for_gpus(&self) -> bool {
-        let picture = matches!(
-            self.measure,
-            Measure::Picture {
-                preset: Preset::FastGpu,
-                ..
-            }
-        );
+        let picture = matches!(self.measure, Measure::Picture { preset: Preset::FastGpu, .. });
         picture || matches!(self.measure, Measure::SelfTest | Measure::FirstUse { .. })
     }
 
     /// Whether its process is to find no kernels that earlier ones kept, or only those of such a process.
     pub fn starts_anew(&self) -> bool {
-        let first = Measure::Network {
-            preset: Preset::Quick,
-            size: FIRST_SIZE,
-        };
+        let first = Measure::Network { preset: Preset::Quick, size: FIRST_SIZE };
         self.on_gpu
             && (self.measure == first || self.measure == Measure::FirstUse { size: FIRST_SIZE })
     }
@@ -215,9 +192,7 @@ impl Measure {
                         let found = median(measured, what, Some(preset), size)?;
                         Some((found, adds(preset, size)))
                     };
-                    let smaller = [size / 2, size / 4]
-                        .into_iter()
-                        .find_map(|s| known(preset, s));
+                    let smaller = [size / 2, size / 4].into_iter().find_map(|s| known(preset, s));
                     let other = || Preset::ALL.into_iter().find_map(|p| known(p, size));
                     let (ms, known) = smaller.or_else(other)?;
                     Some(ms * adds(preset, size) / known)
@@ -232,11 +207,7 @@ impl Measure {
                 // Rows that copy four times as many bytes.
                 (!whole.is_empty()).then(|| vec![4.0 * whole.iter().sum::<f64>()])
             }
-            Self::Picture {
-                preset,
-                working,
-                size,
-            } => {
+            Self::Picture { preset, working, size } => {
                 let other = measured.iter().find_map(|row| {
                     let like = row.what == PICTURES[1] && row.median_ms.is_some();
                     row.size.filter(|_| like)

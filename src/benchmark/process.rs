@@ -57,10 +57,7 @@ impl Measuring {
     /// When it cannot be started.
     pub fn spawn(mut command: Command) -> error::Result<Self> {
         // The process ends when this end of its input does: however this program ends, none is left over.
-        command
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         // Ctrl-C is for the program that asked: it ends what it started, and keeps what was measured.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
@@ -74,11 +71,7 @@ impl Measuring {
         })?;
         let figures = listen(child.stdout.take());
         let errors = Some(drain(child.stderr.take()));
-        Ok(Self {
-            child,
-            figures,
-            errors,
-        })
+        Ok(Self { child, figures, errors })
     }
 
     /// Waits for it for at most so long, and ends it then; `found` is told each figure as soon as it was said.
@@ -119,10 +112,7 @@ impl Measuring {
             return Ended::Done;
         }
         let errors = self.errors.take().map(JoinHandle::join);
-        Ended::Failed(why(
-            status,
-            &errors.and_then(Result::ok).unwrap_or_default(),
-        ))
+        Ended::Failed(why(status, &errors.and_then(Result::ok).unwrap_or_default()))
     }
 
     fn end(&mut self) {
@@ -169,10 +159,7 @@ fn drain(from: Option<impl Read + Send + 'static>) -> JoinHandle<String> {
 
 /// A sentence of why a process did not answer.
 fn why(status: Option<std::process::ExitStatus>, errors: &str) -> String {
-    let said = errors
-        .lines()
-        .map(str::trim)
-        .find_map(|line| line.strip_prefix("afterlight: "));
+    let said = errors.lines().map(str::trim).find_map(|line| line.strip_prefix("afterlight: "));
     if let Some(said) = said {
         return said.trim_end_matches('.').to_owned();
     }

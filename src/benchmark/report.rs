@@ -108,9 +108,7 @@ impl Row {
     pub fn name(&self) -> String {
         let network = self.network.as_deref();
         let network = network.map_or(String::new(), |name| format!(" ({name})"));
-        let size = self
-            .size
-            .map_or(String::new(), |size| format!(" at {size} pixels"));
+        let size = self.size.map_or(String::new(), |size| format!(" at {size} pixels"));
         format!("{}{network}{size}", self.what)
     }
 

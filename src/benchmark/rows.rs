@@ -54,16 +54,10 @@ impl DeviceReport {
             ..Self::row(measure, &figure.what)
         };
         if let (Measure::FirstUse { .. }, Some(first)) = (measure, first) {
-            return self.put(Row {
-                what: first_again(first),
-                ..row
-            });
+            return self.put(Row { what: first_again(first), ..row });
         }
         if let (true, Some(first)) = (anew, first) {
-            self.put(Row {
-                what: first_ever(first),
-                ..row.clone()
-            });
+            self.put(Row { what: first_ever(first), ..row.clone() });
         }
         let times = figure.times;
         let row = Row {
@@ -113,11 +107,7 @@ impl DeviceReport {
             }
             // Less is no news.
             Some(first) if first > 1e3 => {
-                format!(
-                    "{} ms; the first run took {:.1} s more",
-                    row.time(),
-                    first / 1e3
-                )
+                format!("{} ms; the first run took {:.1} s more", row.time(), first / 1e3)
             }
             _ => format!("{} ms", row.time()),
         };

@@ -41,11 +41,7 @@ pub struct DeviceSettings {
 
 impl Default for DeviceSettings {
     fn default() -> Self {
-        Self {
-            minutes: 8.0,
-            report: None,
-            device: DeviceChoice::Auto,
-        }
+        Self { minutes: 8.0, report: None, device: DeviceChoice::Auto }
     }
 }
 
@@ -192,11 +188,7 @@ impl Run<'_> {
             device.leave_out(&measure, predicted.as_deref(), &why);
             return Ok(());
         }
-        let request = Request {
-            measure,
-            gpu: on_gpu,
-            seconds: time.timing,
-        };
+        let request = Request { measure, gpu: on_gpu, seconds: time.timing };
         let kernels = planned.starts_anew().then(|| self.kernels.path());
         let started = Measuring::start(self.program, &request, kernels)?;
         // A figure may be replaced by one of more runs until the next follows.
@@ -206,17 +198,13 @@ impl Run<'_> {
                 self.progress.say(device.sentence(row));
             }
         };
-        let ended = started.wait(
-            Duration::from_secs_f64(time.most),
-            self.progress,
-            |figure| {
-                let row = device.found(&measure, kernels.is_some(), figure);
-                if last != Some(row) {
-                    said(device, last);
-                }
-                last = Some(row);
-            },
-        );
+        let ended = started.wait(Duration::from_secs_f64(time.most), self.progress, |figure| {
+            let row = device.found(&measure, kernels.is_some(), figure);
+            if last != Some(row) {
+                said(device, last);
+            }
+            last = Some(row);
+        });
         said(device, last);
         let why = match ended {
             Ended::Done => return Ok(()),
@@ -232,11 +220,7 @@ impl Run<'_> {
         };
         device.leave_out(&measure, predicted.as_deref(), &why);
         if !self.report.stopped {
-            self.progress.say(format!(
-                "{}: {}: {why}",
-                kind.to_uppercase(),
-                measure.words()
-            ));
+            self.progress.say(format!("{}: {}: {why}", kind.to_uppercase(), measure.words()));
         }
         Ok(())
     }

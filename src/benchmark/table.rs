@@ -59,72 +59,21 @@ const QUESTIONS: [Question; 9] = {
         words: &'static str,
         amount: fn(f64) -> String,
     ) -> Question {
-        Question {
-            what,
-            preset: Preset::Quick,
-            size,
-            words,
-            amount,
-        }
+        Question { what, preset: Preset::Quick, size, words, amount }
     }
     let [whole, _, turned] = PICTURES;
     [
-        ask(
-            whole,
-            512,
-            "frames relit, network included, 512 pixels",
-            rate,
-        ),
-        ask(
-            whole,
-            1024,
-            "frames relit, network included, 1024 pixels",
-            rate,
-        ),
-        ask(
-            turned,
-            512,
-            "pictures while the light is turned, 512 pixels",
-            rate,
-        ),
-        ask(
-            turned,
-            1024,
-            "pictures while the light is turned, 1024 pixels",
-            rate,
-        ),
-        ask(
-            whole,
-            1024,
-            "a minute of interview (1500 frames) relit, 1024 pixels",
-            minute,
-        ),
-        ask(
-            STEP,
-            128,
-            "ten minutes of training `quick`, 128 pixels",
-            steps,
-        ),
-        ask(
-            STEP,
-            256,
-            "ten minutes of training `quick`, 256 pixels",
-            steps,
-        ),
-        ask(
-            STEP,
-            512,
-            "ten minutes of training `quick`, 512 pixels",
-            steps,
-        ),
+        ask(whole, 512, "frames relit, network included, 512 pixels", rate),
+        ask(whole, 1024, "frames relit, network included, 1024 pixels", rate),
+        ask(turned, 512, "pictures while the light is turned, 512 pixels", rate),
+        ask(turned, 1024, "pictures while the light is turned, 1024 pixels", rate),
+        ask(whole, 1024, "a minute of interview (1500 frames) relit, 1024 pixels", minute),
+        ask(STEP, 128, "ten minutes of training `quick`, 128 pixels", steps),
+        ask(STEP, 256, "ten minutes of training `quick`, 256 pixels", steps),
+        ask(STEP, 512, "ten minutes of training `quick`, 512 pixels", steps),
         Question {
             preset: Preset::Paper,
-            ..ask(
-                STEP,
-                512,
-                "ten minutes of training `paper`, 512 pixels",
-                steps,
-            )
+            ..ask(STEP, 512, "ten minutes of training `paper`, 512 pixels", steps)
         },
     ]
 };
@@ -155,11 +104,7 @@ impl MachineReport {
     /// The whole report in Markdown.
     pub fn markdown(&self) -> String {
         let mut text = format!("# What this machine can do\n\n{}.\n", self.machine.words());
-        let part = if self.stopped {
-            ", and was stopped before its end"
-        } else {
-            ""
-        };
+        let part = if self.stopped { ", and was stopped before its end" } else { "" };
         let _ = writeln!(
             text,
             "Measured in {:.1} of {} minutes{part}, with {LAMPS} lamps and made-up pictures. Other programs that ran \
@@ -208,10 +153,7 @@ impl MachineReport {
     /// What a person asks first, one device beside the other.
     fn in_short(&self, text: &mut String) {
         let rows = |question: &Question| -> Vec<Option<&Row>> {
-            self.devices
-                .iter()
-                .map(|device| question.row(device))
-                .collect()
+            self.devices.iter().map(|device| question.row(device)).collect()
         };
         let mut lines = String::new();
         for question in &QUESTIONS {
@@ -239,11 +181,7 @@ impl MachineReport {
             let _ = write!(text, " {} |", device.kind.to_uppercase());
         }
         let many = self.devices.len() > 1;
-        text.push_str(if many {
-            " times as fast |\n|---|"
-        } else {
-            "\n|---|"
-        });
+        text.push_str(if many { " times as fast |\n|---|" } else { "\n|---|" });
         for _ in 0..self.devices.len() + usize::from(many) {
             text.push_str("---:|");
         }
@@ -272,13 +210,11 @@ impl DeviceReport {
 
     /// Rows that are one of `names`, by network and size.
     fn sorted(&self, names: &[&str]) -> Vec<&Row> {
-        let mut rows: Vec<&Row> = (self.rows.iter())
-            .filter(|row| names.contains(&row.what.as_str()))
-            .collect();
+        let mut rows: Vec<&Row> =
+            (self.rows.iter()).filter(|row| names.contains(&row.what.as_str())).collect();
         rows.sort_by_key(|row| {
-            let preset = Preset::ALL
-                .iter()
-                .position(|preset| Some(preset.name()) == row.network.as_deref());
+            let preset =
+                Preset::ALL.iter().position(|preset| Some(preset.name()) == row.network.as_deref());
             let name = names.iter().position(|name| *name == row.what);
             (preset, row.size, name)
         });
@@ -300,9 +236,7 @@ impl DeviceReport {
             };
             let prediction = self.rows.iter().find(same);
             let many = step.median_ms.or(step.predicted_ms);
-            let peak = prediction
-                .and_then(|row| row.peak_bytes)
-                .max(step.peak_bytes);
+            let peak = prediction.and_then(|row| row.peak_bytes).max(step.peak_bytes);
             let on_gpu = prediction.and_then(|row| row.gpu_bytes).max(step.gpu_bytes);
             let _ = writeln!(
                 text,
@@ -312,8 +246,7 @@ impl DeviceReport {
                 step.time(),
                 many.map_or("–".to_owned(), |ms| format!("{:.0}", 600e3 / ms)),
                 prediction.map_or("–".to_owned(), Row::time),
-                step.first_ms
-                    .map_or("–".to_owned(), |ms| format!("+{:.1}", ms / 1e3)),
+                step.first_ms.map_or("–".to_owned(), |ms| format!("+{:.1}", ms / 1e3)),
                 megabytes(peak),
                 megabytes(on_gpu)
             );
@@ -321,12 +254,7 @@ impl DeviceReport {
         let is_first = |row: &&Row| FIRST.iter().any(|(_, first)| row.what.starts_with(first));
         for row in self.rows.iter().filter(is_first) {
             if let Some(first) = row.first_ms {
-                let _ = writeln!(
-                    text,
-                    "\n{}: {:.1} s beyond the others.",
-                    row.name(),
-                    first / 1e3
-                );
+                let _ = writeln!(text, "\n{}: {:.1} s beyond the others.", row.name(), first / 1e3);
             }
         }
         text.push('\n');

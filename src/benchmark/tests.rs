@@ -27,68 +27,36 @@ fn row(what: &str, network: Option<&str>, size: usize, ms: f64) -> Row {
 #[test]
 fn a_spread_is_of_the_times_in_any_order() {
     let spread = Spread::of((1..=101).rev().map(f64::from).collect());
-    assert_eq!(
-        (spread.low_ms, spread.median_ms, spread.high_ms),
-        (6.0, 51.0, 96.0)
-    );
+    assert_eq!((spread.low_ms, spread.median_ms, spread.high_ms), (6.0, 51.0, 96.0));
     let mut runs = 0;
     let budget = Budget::seconds(0.0, 50);
     let times = budget.time(|| {
         runs += 1;
         Ok(())
     });
-    assert_eq!(
-        (times.unwrap().len(), runs),
-        (3, 3),
-        "at least thrice, whatever the time"
-    );
+    assert_eq!((times.unwrap().len(), runs), (3, 3), "at least thrice, whatever the time");
 }
 
 #[test]
 fn networks_are_predicted_by_their_multiplications_and_pictures_by_their_pixels() {
-    let adds = |size| {
-        Preset::Quick
-            .config()
-            .network_of(size, LAMPS)
-            .cost()
-            .multiply_adds as f64
-    };
-    let known = [
-        row(STEP, Some("quick"), 128, 100.0),
-        row(PREDICTION, Some("quick"), 128, 20.0),
-    ];
-    let larger = Measure::Network {
-        preset: Preset::Quick,
-        size: 256,
-    };
+    let adds = |size| Preset::Quick.config().network_of(size, LAMPS).cost().multiply_adds as f64;
+    let known = [row(STEP, Some("quick"), 128, 100.0), row(PREDICTION, Some("quick"), 128, 20.0)];
+    let larger = Measure::Network { preset: Preset::Quick, size: 256 };
     let found = larger.predicted(&known).unwrap();
     let ratio = adds(256) / adds(128);
     assert!(ratio > 3.5 && ratio < 4.5, "{ratio}");
     assert!((found[0] - 100.0 * ratio).abs() < 1e-6 && (found[1] - 20.0 * ratio).abs() < 1e-6);
-    let other = Measure::Network {
-        preset: Preset::Paper,
-        size: 128,
-    };
-    assert!(
-        other.predicted(&known).unwrap()[0] > 200.0,
-        "by another network of the size"
-    );
+    let other = Measure::Network { preset: Preset::Paper, size: 128 };
+    assert!(other.predicted(&known).unwrap()[0] > 200.0, "by another network of the size");
     assert_eq!(larger.predicted(&[]), None);
 
-    let picture = |size| Measure::Picture {
-        preset: Preset::Quick,
-        working: 512,
-        size,
-    };
+    let picture = |size| Measure::Picture { preset: Preset::Quick, working: 512, size };
     let known = [
         row(PICTURES[0], Some("quick"), 512, 110.0),
         row(PICTURES[1], Some("quick"), 512, 10.0),
         row(PICTURES[2], Some("quick"), 512, 5.0),
     ];
-    assert_eq!(
-        picture(1024).predicted(&known),
-        Some(vec![140.0, 40.0, 20.0])
-    );
+    assert_eq!(picture(1024).predicted(&known), Some(vec![140.0, 40.0, 20.0]));
 }
 
 #[test]
@@ -97,23 +65,10 @@ fn an_aim_is_said_where_there_is_one() {
     assert_eq!(frame.reached, Some(true));
     let slow = row(PICTURES[0], Some("quick"), 512, 17.0).with_goal();
     assert_eq!(slow.reached, Some(false));
-    assert_eq!(
-        row(PICTURES[0], Some("quick"), 1024, 16.0).with_goal().goal,
-        None
-    );
-    let sum = |ms| {
-        Row {
-            copy_ms: Some(1.0),
-            ..row("relight", None, 512, ms)
-        }
-        .with_goal()
-        .reached
-    };
+    assert_eq!(row(PICTURES[0], Some("quick"), 1024, 16.0).with_goal().goal, None);
+    let sum = |ms| Row { copy_ms: Some(1.0), ..row("relight", None, 512, ms) }.with_goal().reached;
     assert_eq!((sum(1.2), sum(1.4)), (Some(true), Some(false)));
-    let half = Row {
-        copy_ms: Some(1.0),
-        ..row("relight, f16", None, 512, 1.2)
-    };
+    let half = Row { copy_ms: Some(1.0), ..row("relight, f16", None, 512, 1.2) };
     assert_eq!(half.with_goal().reached, Some(true));
 }
 
@@ -139,9 +94,8 @@ fn the_important_comes_first_and_on_a_gpu_before_the_cpu() {
     assert!(place(true, quick) < place(false, quick));
     assert!(place(false, quick) < place(true, network(Preset::Paper, 512)));
     // The second start follows the first, whose kernels it finds; no other measure leaves any there.
-    let anew: Vec<Measure> = (planned.iter().filter(|p| p.starts_anew()))
-        .map(|p| p.measure)
-        .collect();
+    let anew: Vec<Measure> =
+        (planned.iter().filter(|p| p.starts_anew())).map(|p| p.measure).collect();
     assert_eq!(anew, [quick, Measure::FirstUse { size: 128 }]);
 }
 
@@ -161,10 +115,7 @@ fn figure(what: &str, first_ms: f64, median_ms: Option<f64>) -> Figure {
 #[test]
 fn a_measure_that_is_late_keeps_what_it_had_timed() {
     let mut device = gpu();
-    let quick = Measure::Network {
-        preset: Preset::Quick,
-        size: 256,
-    };
+    let quick = Measure::Network { preset: Preset::Quick, size: 256 };
     device.found(&quick, false, figure(STEP, 9000.0, None));
     let row = device.found(&quick, false, figure(STEP, 8990.0, Some(10.0)));
     assert_eq!(
@@ -177,10 +128,7 @@ fn a_measure_that_is_late_keeps_what_it_had_timed() {
         panic!("{:?}", device.rows);
     };
     assert_eq!((step.median_ms, &step.left_out), (Some(10.0), &None));
-    assert_eq!(
-        (prediction.median_ms, prediction.first_ms),
-        (None, Some(4000.0))
-    );
+    assert_eq!((prediction.median_ms, prediction.first_ms), (None, Some(4000.0)));
     assert_eq!(prediction.left_out.as_deref(), Some("it was late"));
 
     let passes = Measure::Passes { size: 512 };
@@ -200,14 +148,10 @@ fn a_measure_that_is_late_keeps_what_it_had_timed() {
 #[test]
 fn the_first_use_of_kernels_is_told_for_both_starts() {
     let mut device = gpu();
-    let network = Measure::Network {
-        preset: Preset::Quick,
-        size: 128,
-    };
-    for (measure, anew, first) in [
-        (network, true, 20_000.0),
-        (Measure::FirstUse { size: 128 }, true, 500.0),
-    ] {
+    let network = Measure::Network { preset: Preset::Quick, size: 128 };
+    for (measure, anew, first) in
+        [(network, true, 20_000.0), (Measure::FirstUse { size: 128 }, true, 500.0)]
+    {
         device.found(&measure, anew, figure(STEP, first, Some(10.0)));
         device.found(&measure, anew, figure(PREDICTION, first / 2.0, Some(4.0)));
     }
@@ -216,10 +160,7 @@ fn the_first_use_of_kernels_is_told_for_both_starts() {
         rows.next().and_then(|row| row.first_ms)
     };
     assert_eq!(first("first training step ever"), Some(20_000.0));
-    assert_eq!(
-        first("first training step again, after a start"),
-        Some(500.0)
-    );
+    assert_eq!(first("first training step again, after a start"), Some(500.0));
     assert_eq!(first("first prediction ever"), Some(10_000.0));
     assert_eq!(first("first prediction again, after a start"), Some(250.0));
     // The second process timed too little to say what a step takes.
@@ -243,11 +184,7 @@ fn measured(script: &str, most: f64, progress: &Progress) -> (Ended, Vec<String>
 fn what_a_process_said_before_it_hung_crashed_or_failed_is_kept() {
     let step = r#"echo noise of a driver; echo '{"what":"training step"}'"#;
     let began = Instant::now();
-    let (ended, found) = measured(
-        &format!("{step}; exec sleep 1000"),
-        0.5,
-        &Progress::silent(),
-    );
+    let (ended, found) = measured(&format!("{step}; exec sleep 1000"), 0.5, &Progress::silent());
     assert!(matches!(ended, Ended::Late) && found == [STEP]);
     let (ended, found) = measured(&format!("{step}; kill -SEGV $$"), 60.0, &Progress::silent());
     let Ended::Failed(why) = ended else {
@@ -282,10 +219,7 @@ fn the_table_names_what_was_left_out_once() {
         left_out: Some("it would take about 10 s".to_owned()),
         ..row(STEP, Some("paper"), 512, 1.0)
     };
-    let prediction = Row {
-        what: PREDICTION.to_owned(),
-        ..left.clone()
-    };
+    let prediction = Row { what: PREDICTION.to_owned(), ..left.clone() };
     let device = DeviceReport {
         kind: "cpu".to_owned(),
         name: "a processor".to_owned(),
@@ -302,15 +236,8 @@ fn the_table_names_what_was_left_out_once() {
         devices: vec![device],
     };
     let text = report.markdown();
-    assert_eq!(
-        text.matches("it would take about 10 s").count(),
-        1,
-        "{text}"
-    );
-    assert!(
-        text.contains("left out, about 5000") && text.contains("10.0 GB/s"),
-        "{text}"
-    );
+    assert_eq!(text.matches("it would take about 10 s").count(), 1, "{text}");
+    assert!(text.contains("left out, about 5000") && text.contains("10.0 GB/s"), "{text}");
     assert!(
         text.contains("| ten minutes of training `paper`, 512 pixels | about 120 steps |"),
         "{text}"

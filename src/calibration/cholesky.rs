@@ -42,9 +42,7 @@ impl Cholesky {
     pub fn solve(&self, y: &[f64]) -> Vec<f64> {
         let mut x = self.forward(y);
         for i in (0..self.n).rev() {
-            let dot: f64 = (i + 1..self.n)
-                .map(|j| self.lower[j * self.n + i] * x[j])
-                .sum();
+            let dot: f64 = (i + 1..self.n).map(|j| self.lower[j * self.n + i] * x[j]).sum();
             x[i] = (x[i] - dot) / self.lower[i * self.n + i];
         }
         x

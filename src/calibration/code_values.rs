@@ -15,12 +15,7 @@ pub(super) const CLIPPED: u16 = STEPS - 16 + 1;
 /// The code values of a picture, row by row.
 pub(super) fn codes(picture: &Encoded) -> Vec<CodeValues> {
     let code = |v: f32| (unit(v) * f32::from(STEPS) + 0.5) as u16;
-    picture
-        .0
-        .pixels
-        .iter()
-        .map(|pixel| pixel.map(code))
-        .collect()
+    picture.0.pixels.iter().map(|pixel| pixel.map(code)).collect()
 }
 
 /// The linear light of every code value under one response: a 1D LUT.
@@ -59,19 +54,12 @@ impl ResponseTable {
 
     /// The encoded value in `[0, 1]` of linear light, by interpolation between codes.
     pub fn encode(&self, light: f32) -> f32 {
-        let above = self
-            .0
-            .partition_point(|&l| l < light)
-            .min(usize::from(STEPS));
+        let above = self.0.partition_point(|&l| l < light).min(usize::from(STEPS));
         if above == 0 {
             return 0.0;
         }
         let (low, high) = (self.0[above - 1], self.0[above]);
-        let between = if high > low {
-            ((light - low) / (high - low)).min(1.0)
-        } else {
-            1.0
-        };
+        let between = if high > low { ((light - low) / (high - low)).min(1.0) } else { 1.0 };
         ((above - 1) as f32 + between) / f32::from(STEPS)
     }
 }
@@ -98,11 +86,7 @@ mod tests {
             assert!((table.encode(light) - curve.encode_value(light)).abs() < 1e-4);
         }
         assert_eq!(
-            (
-                table.encode(-1.0),
-                table.encode(7.0),
-                table.encode(f32::NAN)
-            ),
+            (table.encode(-1.0), table.encode(7.0), table.encode(f32::NAN)),
             (0.0, 1.0, 0.0)
         );
         assert!((table.slope(STEPS) - 2.1).abs() < 0.02 && table.slope(0) > 0.0);

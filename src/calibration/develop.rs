@@ -125,12 +125,8 @@ pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
     };
     let panorama = match &settings.second {
         None => {
-            let probe = light_probe(
-                &first.photograph,
-                &first.view,
-                settings.clipped,
-                panorama_size,
-            )?;
+            let probe =
+                light_probe(&first.photograph, &first.view, settings.clipped, panorama_size)?;
             report.blind_share = probe.blind_share;
             report.filled_share = probe.filled_share;
             report.clipped_pixels = vec![probe.clipped_pixels];
@@ -141,14 +137,9 @@ pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
         Some((pictures, angle_deg)) => {
             let second = Ball::read(pictures, settings)?;
             report.balls.push(second.silhouette);
-            report
-                .bracket_disagreement_stops
-                .push(second.disagreement_stops);
+            report.bracket_disagreement_stops.push(second.disagreement_stops);
             let joined = merge_balls(
-                [
-                    (&first.photograph, &first.view),
-                    (&second.photograph, &second.view),
-                ],
+                [(&first.photograph, &first.view), (&second.photograph, &second.view)],
                 Quat::from_rotation_y(angle_deg.to_radians()),
                 &TwoBallsSettings {
                     size: panorama_size,
@@ -222,10 +213,9 @@ impl Ball {
                 radius_px: silhouette.circle.radius_px,
                 camera: match settings.lens {
                     Lens::Camera(camera) => camera,
-                    Lens::FieldOfView(degrees) => BallCamera::FieldOfView {
-                        degrees,
-                        frame_px: photograph.size().0 as f64,
-                    },
+                    Lens::FieldOfView(degrees) => {
+                        BallCamera::FieldOfView { degrees, frame_px: photograph.size().0 as f64 }
+                    }
                 },
                 surroundings_radii: None,
                 reflectivity: settings.reflectivity,
@@ -240,14 +230,8 @@ impl Ball {
 /// EXR and Radiance HDR are linear; everything else is as the camera encoded it.
 fn photograph(path: &Path, response: &Response) -> Result<Photograph> {
     let extension = path.extension().unwrap_or_default();
-    if ["exr", "hdr"]
-        .iter()
-        .any(|known| extension.eq_ignore_ascii_case(known))
-    {
+    if ["exr", "hdr"].iter().any(|known| extension.eq_ignore_ascii_case(known)) {
         return Ok(Photograph::from_linear(file::read_linear(path)?, None));
     }
-    Ok(Photograph::from_encoded(
-        &file::read_encoded(path)?,
-        response,
-    ))
+    Ok(Photograph::from_encoded(&file::read_encoded(path)?, response))
 }

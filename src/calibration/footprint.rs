@@ -59,15 +59,9 @@ impl Footprint {
         }
         let dark = [0, 1, 2].map(|c| {
             let counted = counts.iter().enumerate().filter(|(_, count)| count[c] > 0);
-            counted
-                .map(|(code, count)| (code as u16, count[c]))
-                .collect()
+            counted.map(|(code, count)| (code as u16, count[c])).collect()
         });
-        Self {
-            pixels,
-            dark,
-            aim: None,
-        }
+        Self { pixels, dark, aim: None }
     }
 
     /// Says what a whole series of photographs tells about this one's lamp: `highlight`, `None` if it was not seen, how
@@ -115,10 +109,7 @@ impl Footprint {
 
     /// How many pixels have a clipped channel: only a lower bound of their light is known.
     pub fn clipped_pixels(&self) -> usize {
-        self.pixels
-            .iter()
-            .filter(|(_, code)| Self::is_clipped(code))
-            .count()
+        self.pixels.iter().filter(|(_, code)| Self::is_clipped(code)).count()
     }
 
     /// Measures the lamp from what the ball shows of it. Clipping lowers its energy and leaves its direction, which is
@@ -176,10 +167,8 @@ impl Footprint {
                 aim.confidence * (-off * off).exp()
             }
         };
-        let square: f64 = parts
-            .iter()
-            .map(|(d, part)| part * d.angle_between(direction).powi(2))
-            .sum();
+        let square: f64 =
+            parts.iter().map(|(d, part)| part * d.angle_between(direction).powi(2)).sum();
         let spread_deg = (square / all).sqrt().to_degrees();
         Lamp {
             name: name.into(),

@@ -82,10 +82,8 @@ pub(super) fn aim(
 
 /// The lamps of a series of photographs; `None` for a photograph that shows no more than the room and noise.
 fn find(grid: &Grid, series: &[Levels], room: &[f32]) -> Vec<Option<Highlight>> {
-    let photographs: Vec<Option<Photograph>> = series
-        .par_iter()
-        .map(|levels| Photograph::new(grid, levels, room))
-        .collect();
+    let photographs: Vec<Option<Photograph>> =
+        series.par_iter().map(|levels| Photograph::new(grid, levels, room)).collect();
     let is_shared = |number: usize, part: &Part| {
         let others = || photographs.iter().enumerate().filter(|(i, _)| *i != number);
         let count = others()
@@ -172,16 +170,7 @@ impl<'a> Photograph<'a> {
         let peak = more.iter().copied().fold(0.0, f32::max);
         // A hundredth of an 8-bit code near black is less than any photograph holds.
         let noise = (6.0 * (dark - low)).max(1e-5);
-        let mut photograph = Self {
-            grid,
-            levels,
-            room,
-            dark,
-            more,
-            noise,
-            peak,
-            bright: vec![],
-        };
+        let mut photograph = Self { grid, levels, room, dark, more, noise, peak, bright: vec![] };
         if peak > 2.0 * noise {
             photograph.bright = photograph.find_bright(BRIGHT);
         }
@@ -267,10 +256,7 @@ impl<'a> Photograph<'a> {
         }
         let (bank, others) = bank(own);
         let energy: f32 = bank.iter().map(|part| part.energy).sum();
-        let rival = others
-            .iter()
-            .map(|part| part.energy / energy)
-            .fold(0.0, f32::max);
+        let rival = others.iter().map(|part| part.energy / energy).fold(0.0, f32::max);
         let rival = if only_shared { rival.max(1.0) } else { rival };
         Some(self.of_bank(&bank, rival))
     }
@@ -286,10 +272,7 @@ impl<'a> Photograph<'a> {
         let missing = (count - bank.len() as f32) * mean * mean;
         let unlike: f32 = (bank.iter().map(|part| (part.energy - mean).powi(2))).sum();
         let by_lamps = found.spread_deg * (unlike + missing).sqrt() / all;
-        Highlight {
-            deviation_deg: found.deviation_deg.hypot(by_lamps),
-            ..found
-        }
+        Highlight { deviation_deg: found.deviation_deg.hypot(by_lamps), ..found }
     }
 
     /// The lamp that these parts are, beside a rival with that share of its light.
@@ -391,9 +374,8 @@ impl<'a> Photograph<'a> {
     fn outline(&self, levels: &[Vec<u32>]) -> (Vec3, f32) {
         let middles: Vec<Vec3> = levels.iter().map(|cells| self.moments(cells).1).collect();
         let middle = middles.iter().sum::<Vec3>().normalize_or(Vec3::Z);
-        let square: f32 = (middles.iter())
-            .map(|one| one.angle_between(middle).to_degrees().powi(2))
-            .sum();
+        let square: f32 =
+            (middles.iter()).map(|one| one.angle_between(middle).to_degrees().powi(2)).sum();
         (middle, (square / middles.len() as f32).sqrt())
     }
 }

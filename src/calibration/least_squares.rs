@@ -14,20 +14,12 @@ pub(super) struct NormalEquations {
 impl NormalEquations {
     /// A system of no equations yet.
     pub fn new(unknowns: usize) -> Self {
-        Self {
-            unknowns,
-            gram: vec![0.0; unknowns * unknowns],
-            target: vec![0.0; unknowns],
-        }
+        Self { unknowns, gram: vec![0.0; unknowns * unknowns], target: vec![0.0; unknowns] }
     }
 
     /// A system by its matrix AᵀA, row by row, and AᵀY.
     pub fn of(gram: Vec<f64>, target: Vec<f64>) -> Self {
-        Self {
-            unknowns: target.len(),
-            gram,
-            target,
-        }
+        Self { unknowns: target.len(), gram, target }
     }
 
     /// Adds the equation Σ coefficient·x = y, given by its terms that are not zero.
@@ -45,10 +37,8 @@ impl NormalEquations {
     pub fn solve(&self) -> Vec<f64> {
         let n = self.unknowns;
         let trace: f64 = (0..n).map(|i| self.gram[i * n + i]).sum();
-        let (all_gram, all_target): (f64, f64) = (
-            self.gram.iter().sum(),
-            self.target.iter().map(|t| t.max(0.0)).sum(),
-        );
+        let (all_gram, all_target): (f64, f64) =
+            (self.gram.iter().sum(), self.target.iter().map(|t| t.max(0.0)).sum());
         if !(trace > 0.0 && all_target > 0.0) {
             return vec![0.0; n];
         }
@@ -56,11 +46,7 @@ impl NormalEquations {
         let ridge = 1e-9 * trace / n as f64;
         let row = |i: usize, x: &[f64]| -> f64 {
             ridge * x[i]
-                + self.gram[i * n..(i + 1) * n]
-                    .iter()
-                    .zip(x)
-                    .map(|(g, x)| g * x)
-                    .sum::<f64>()
+                + self.gram[i * n..(i + 1) * n].iter().zip(x).map(|(g, x)| g * x).sum::<f64>()
         };
         // Multiplicative updates (Daube-Witherspoon and Muehllehner 1986) come near from equal weights
         // and treat equal unknowns equally.
@@ -101,12 +87,8 @@ mod tests {
     fn system(rows: &[Vec<f64>], y: &[f64]) -> NormalEquations {
         let mut equations = NormalEquations::new(rows[0].len());
         for (row, y) in rows.iter().zip(y) {
-            let terms: Vec<_> = row
-                .iter()
-                .copied()
-                .enumerate()
-                .filter(|(_, a)| *a != 0.0)
-                .collect();
+            let terms: Vec<_> =
+                row.iter().copied().enumerate().filter(|(_, a)| *a != 0.0).collect();
             equations.add(&terms, *y);
         }
         equations

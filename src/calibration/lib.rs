@@ -190,12 +190,7 @@ fn calibrate_within(
         false => {
             let direction = |lamp: &Lamp| lamp.is_usable().then_some(lamp.direction);
             let directions: Vec<_> = rig.lamps.iter().map(direction).collect();
-            Some(motion::find(
-                project,
-                &found.response,
-                &directions,
-                progress,
-            )?)
+            Some(motion::find(project, &found.response, &directions, progress)?)
         }
     };
     if let Some(sentence) = motion.as_ref().and_then(Motion::sentence) {
@@ -204,11 +199,7 @@ fn calibrate_within(
     let wrong_circle = probes.wrong_circle().map(str::to_owned);
     let (rig_faults, rig_findings) = (wrong_circle.map(|sentence| (Fault::WrongCircle, sentence)))
         .into_iter()
-        .chain(rig_findings(
-            project,
-            &rig,
-            probes.ball().blind_half_angle_deg,
-        )?)
+        .chain(rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?)
         .unzip();
     rig.lamps.truncate(shoot.lamps.len());
     let has_others = !shoot.other_lamps.is_empty();
@@ -241,17 +232,12 @@ fn rig_findings(
 ) -> Result<Vec<(Fault, String)>> {
     let layout = &project.settings.shoot.lamp_layout;
     let findings = rig_check::check(rig, blind_half_angle_deg, layout);
-    let mut found: Vec<(Fault, String)> = findings
-        .into_iter()
-        .map(|f| (f.fault, f.sentence))
-        .collect();
+    let mut found: Vec<(Fault, String)> =
+        findings.into_iter().map(|f| (f.fault, f.sentence)).collect();
     // The first is the interview's ball.
     let paths = &project.probe_pictures()[1..];
     for same in rig_check::same_pictures(paths)? {
-        let names: Vec<&str> = same
-            .iter()
-            .map(|&lamp| rig.lamps[lamp].name.as_str())
-            .collect();
+        let names: Vec<&str> = same.iter().map(|&lamp| rig.lamps[lamp].name.as_str()).collect();
         let sentence = format!(
             "the mirror balls of {} are copies of one picture. Give each lamp its own photograph",
             names.join(", ")
@@ -270,10 +256,7 @@ fn rig_findings(
     for (same, poses) in olats {
         let sentence = format!(
             "{} of {} are copies of one picture. Give each lamp its own OLAT, or leave these lamps out",
-            same.iter()
-                .map(|&lamp| shoot.lamp(lamp).as_str())
-                .collect::<Vec<_>>()
-                .join(", "),
+            same.iter().map(|&lamp| shoot.lamp(lamp).as_str()).collect::<Vec<_>>().join(", "),
             poses.join(", ")
         );
         found.push((Fault::SamePicture, sentence));
@@ -293,9 +276,7 @@ pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> R
         let probes = Probes::load(project, progress)?;
         let table = ResponseTable::of(&PROVISIONAL);
         let (rig, ..) = second_ball::rig(project, &probes, &table, progress)?;
-        let usable = (rig.lamps.iter())
-            .enumerate()
-            .filter(|(_, lamp)| lamp.is_usable());
+        let usable = (rig.lamps.iter()).enumerate().filter(|(_, lamp)| lamp.is_usable());
         usable.map(|(i, lamp)| (i, lamp.direction)).unzip()
     } else {
         shoot.lamp_layout.iter().copied().enumerate().unzip()
@@ -333,12 +314,8 @@ impl Calibration {
         let text = read_sealed(&path, REMEDY)?;
         let calibration: Self =
             toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
-        let refuse = |problem: String| {
-            Err(Error::invalid(
-                format!("{} {problem}", path.display()),
-                REMEDY,
-            ))
-        };
+        let refuse =
+            |problem: String| Err(Error::invalid(format!("{} {problem}", path.display()), REMEDY));
         let shoot = &project.settings.shoot;
         let (lamps, all) = (&shoot.lamps, shoot.all_lamps().len());
         let (found, weights) = (&calibration.rig.lamps, &calibration.interview_weights);
@@ -350,25 +327,16 @@ impl Calibration {
                 lamps.len()
             ));
         }
-        let stand_in = calibration
-            .stand_in
-            .as_ref()
-            .map_or(&[][..], |s| &s.weights);
+        let stand_in = calibration.stand_in.as_ref().map_or(&[][..], |s| &s.weights);
         if stand_in.len() != if all > lamps.len() { lamps.len() } else { 0 } {
             return refuse(format!(
                 "has {} stand-in weights; one for each learnt lamp is needed if the shoot has other lamps, else none",
                 stand_in.len()
             ));
         }
-        if let Some((name, lamp)) = lamps
-            .iter()
-            .zip(found)
-            .find(|(name, lamp)| **name != lamp.name)
+        if let Some((name, lamp)) = lamps.iter().zip(found).find(|(name, lamp)| **name != lamp.name)
         {
-            return refuse(format!(
-                "has lamp {} where the project has lamp {name}",
-                lamp.name
-            ));
+            return refuse(format!("has lamp {} where the project has lamp {name}", lamp.name));
         }
         let is_light = |v: &f32| v.is_finite() && *v >= 0.0;
         let sound = weights.iter().chain(stand_in).flatten().all(is_light)
@@ -407,10 +375,7 @@ impl Calibration {
     }
 
     fn exposed(&self, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        weights
-            .iter()
-            .map(|weight| weight.map(|w| w * self.exposure))
-            .collect()
+        weights.iter().map(|weight| weight.map(|w| w * self.exposure)).collect()
     }
 
     /// What to know before trusting the calibration, one sentence each.
@@ -445,10 +410,7 @@ impl Calibration {
                 100.0 * stand_in.residual
             ));
         }
-        warnings.extend(
-            self.gamma_evidence
-                .warnings(self.gamma_deviation, self.exposure),
-        );
+        warnings.extend(self.gamma_evidence.warnings(self.gamma_deviation, self.exposure));
         warnings
     }
 }

@@ -26,9 +26,7 @@ pub(super) fn minimise<const N: usize>(
     (config.rho_begin, config.rho_end) = (search.first_step, search.last_step);
     config.max_fun = search.evaluations;
     let fault = |status: bobyqa::Status| {
-        Error::bug(format!(
-            "the calibration's search cannot start ({status:?})"
-        ))
+        Error::bug(format!("the calibration's search cannot start ({status:?})"))
     };
     let mut solver = Bobyqa::new(N, config).map_err(fault)?;
     let mut place = search.start;

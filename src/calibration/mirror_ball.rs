@@ -137,10 +137,9 @@ fn reflected(ball: &Ball, dome_radius_m: Option<f32>, rho: f64) -> DVec2 {
         None => mirrored,
         Some(dome) => {
             let along = hit.dot(mirrored);
-            let t = (along * along + f64::from(dome).powi(2) - hit.length_squared())
-                .max(0.0)
-                .sqrt()
-                - along;
+            let t =
+                (along * along + f64::from(dome).powi(2) - hit.length_squared()).max(0.0).sqrt()
+                    - along;
             (hit + t * mirrored).normalize()
         }
     }
@@ -158,11 +157,7 @@ mod tests {
     };
 
     fn pixel(ball: &MirrorBall, x: usize, y: usize) -> BallPixel {
-        *ball
-            .pixels
-            .iter()
-            .find(|p| p.index == y * 256 + x)
-            .expect("the pixel is on the ball")
+        *ball.pixels.iter().find(|p| p.index == y * 256 + x).expect("the pixel is on the ball")
     }
 
     #[test]
@@ -170,11 +165,7 @@ mod tests {
         let ball = MirrorBall::new(&BALL, Some(4.0), (256, 256)).unwrap();
         assert!(pixel(&ball, 128, 128).direction.distance(Vec3::Z) < 0.02);
         assert!(pixel(&ball, 242, 128).direction.z < -0.9);
-        assert!(
-            (5.0..20.0).contains(&ball.blind_half_angle_deg),
-            "{}",
-            ball.blind_half_angle_deg
-        );
+        assert!((5.0..20.0).contains(&ball.blind_half_angle_deg), "{}", ball.blind_half_angle_deg);
     }
 
     #[test]
@@ -187,16 +178,10 @@ mod tests {
     #[test]
     fn a_far_camera_sees_the_textbooks_ball() {
         // Orthographic: n = (x, y, √(1−r²)), R = 2(n·v)n − v, and 4·dA steradians a pixel.
-        let far = Ball {
-            camera_distance_m: 1e5,
-            ..BALL
-        };
+        let far = Ball { camera_distance_m: 1e5, ..BALL };
         let ball = MirrorBall::new(&far, None, (256, 256)).unwrap();
         for p in &ball.pixels {
-            let (x, y) = (
-                (p.index % 256) as f32 + 0.5 - 128.0,
-                127.5 - (p.index / 256) as f32,
-            );
+            let (x, y) = ((p.index % 256) as f32 + 0.5 - 128.0, 127.5 - (p.index / 256) as f32);
             let n = Vec3::new(x, y, 0.0) / 116.0;
             let n = n.with_z((1.0 - n.length_squared()).sqrt());
             assert!((2.0 * n.z * n - Vec3::Z).distance(p.direction) < 1e-3);
@@ -208,20 +193,12 @@ mod tests {
     fn pixels_and_the_blind_cone_make_a_sphere() {
         for (size, dome) in [(256, Some(4.0)), (256, None), (64, Some(2.0))] {
             let scale = size as f32 / 256.0;
-            let scaled = Ball {
-                center_px: [128.0 * scale; 2],
-                radius_px: 116.0 * scale,
-                ..BALL
-            };
+            let scaled = Ball { center_px: [128.0 * scale; 2], radius_px: 116.0 * scale, ..BALL };
             let ball = MirrorBall::new(&scaled, dome, (size, size)).unwrap();
             let cone = (1.0 - ball.blind_half_angle_deg.to_radians().cos()) / 2.0;
             // The outermost pixels form no perfect circle: they miss part of one ring.
             let ring = 2.0 / (116.0 * scale);
-            assert!(
-                (ball.blind_share - cone).abs() < ring,
-                "{} and {cone}",
-                ball.blind_share
-            );
+            assert!((ball.blind_share - cone).abs() < ring, "{} and {cone}", ball.blind_share);
             assert!(
                 ball.pixels
                     .iter()
@@ -232,10 +209,7 @@ mod tests {
 
     #[test]
     fn a_ball_that_the_frame_cuts_says_what_is_missing() {
-        let cut = Ball {
-            center_px: [0.0, 128.0],
-            ..BALL
-        };
+        let cut = Ball { center_px: [0.0, 128.0], ..BALL };
         let ball = MirrorBall::new(&cut, None, (256, 256)).unwrap();
         assert!((0.45..0.55).contains(&ball.blind_share));
     }
@@ -243,57 +217,21 @@ mod tests {
     #[test]
     fn an_impossible_ball_is_refused() {
         for ball in [
-            Ball {
-                radius_px: 0.0,
-                ..BALL
-            },
-            Ball {
-                radius_m: 5.0,
-                ..BALL
-            },
-            Ball {
-                camera_distance_m: f32::NAN,
-                ..BALL
-            },
-            Ball {
-                center_px: [900.0, 900.0],
-                ..BALL
-            },
-            Ball {
-                radius_px: 513.0,
-                ..BALL
-            },
-            Ball {
-                radius_px: 1e10,
-                ..BALL
-            },
-            Ball {
-                radius_px: f32::INFINITY,
-                ..BALL
-            },
-            Ball {
-                center_px: [f32::NAN, 128.0],
-                ..BALL
-            },
-            Ball {
-                radius_m: -0.075,
-                ..BALL
-            },
-            Ball {
-                camera_distance_m: f32::INFINITY,
-                ..BALL
-            },
+            Ball { radius_px: 0.0, ..BALL },
+            Ball { radius_m: 5.0, ..BALL },
+            Ball { camera_distance_m: f32::NAN, ..BALL },
+            Ball { center_px: [900.0, 900.0], ..BALL },
+            Ball { radius_px: 513.0, ..BALL },
+            Ball { radius_px: 1e10, ..BALL },
+            Ball { radius_px: f32::INFINITY, ..BALL },
+            Ball { center_px: [f32::NAN, 128.0], ..BALL },
+            Ball { radius_m: -0.075, ..BALL },
+            Ball { camera_distance_m: f32::INFINITY, ..BALL },
         ] {
-            assert!(
-                MirrorBall::new(&ball, None, (256, 256)).is_err(),
-                "{ball:?}"
-            );
+            assert!(MirrorBall::new(&ball, None, (256, 256)).is_err(), "{ball:?}");
         }
         for dome in [0.01, -4.0, f32::NAN, 1e39f64 as f32] {
-            assert!(
-                MirrorBall::new(&BALL, Some(dome), (256, 256)).is_err(),
-                "{dome}"
-            );
+            assert!(MirrorBall::new(&BALL, Some(dome), (256, 256)).is_err(), "{dome}");
         }
     }
 
@@ -305,11 +243,7 @@ mod tests {
             (1e30, 2e30, Some(1.1e30)),
             (1e-40, 2e-40, Some(f32::MAX)),
         ] {
-            let ball = Ball {
-                radius_m,
-                camera_distance_m,
-                ..BALL
-            };
+            let ball = Ball { radius_m, camera_distance_m, ..BALL };
             let ball = MirrorBall::new(&ball, dome, (256, 256)).unwrap();
             let sound =
                 |p: &BallPixel| p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5;

@@ -75,14 +75,8 @@ impl Probes {
                 "shows a mirror ball that is clipped everywhere",
             ))
         } else if interview.iter().all(|code| *code == [0; 3]) {
-            Some((
-                project.interview_probe_picture(),
-                "shows a mirror ball that is black",
-            ))
-        } else if footprints
-            .iter()
-            .all(|footprint| footprint.pixels.is_empty())
-        {
+            Some((project.interview_probe_picture(), "shows a mirror ball that is black"))
+        } else if footprints.iter().all(|footprint| footprint.pixels.is_empty()) {
             Some((
                 project.lamp_probe_picture(0),
                 "shows no lamp on the mirror ball, nor does any other lamp's photograph",
@@ -111,37 +105,27 @@ impl Probes {
     ) -> Self {
         let lamps = footprints.len().max(1);
         // Radius of a cap when the lamps share the sphere evenly, within what a rig can sensibly have.
-        let spacing = (1.0 - 2.0 / lamps as f32)
-            .acos()
-            .to_degrees()
-            .clamp(8.0, 60.0);
+        let spacing = (1.0 - 2.0 / lamps as f32).acos().to_degrees().clamp(8.0, 60.0);
         let cells = lattice((12 * lamps).clamp(400, 2000));
         let cell_of_pixel = ball
             .pixels
             .par_iter()
             .map(|pixel| {
                 let nearness = |i: usize| cells[i].dot(pixel.direction);
-                (0..cells.len())
-                    .max_by(|&i, &j| nearness(i).total_cmp(&nearness(j)))
-                    .unwrap_or(0) as u16
+                (0..cells.len()).max_by(|&i, &j| nearness(i).total_cmp(&nearness(j))).unwrap_or(0)
+                    as u16
             })
             .collect();
         // A Gaussian of half the spacing: the rig's lamps melt together just so far that gaps close.
         let sharpness = (0.5 * spacing).to_radians().powi(-2);
         let blur = (cells.par_iter())
-            .flat_map_iter(|a| {
-                cells
-                    .iter()
-                    .map(move |b| ((a.dot(*b) - 1.0) * sharpness).exp())
-            })
+            .flat_map_iter(|a| cells.iter().map(move |b| ((a.dot(*b) - 1.0) * sharpness).exp()))
             .collect();
         let kernel = (cells.par_iter())
             .flat_map_iter(|a| cells.iter().map(move |b| interview::kernel(a.dot(*b))))
             .collect();
-        let mut comparable: Vec<bool> = interview
-            .iter()
-            .map(|code| !Footprint::is_clipped(code))
-            .collect();
+        let mut comparable: Vec<bool> =
+            interview.iter().map(|code| !Footprint::is_clipped(code)).collect();
         for (pixel, code) in footprints.iter().flat_map(|f| &f.pixels) {
             comparable[*pixel as usize] &= !Footprint::is_clipped(code);
         }
@@ -179,10 +163,7 @@ impl Probes {
 
     /// Pixels of the interview's ball with a clipped channel.
     pub fn clipped_interview_pixels(&self) -> usize {
-        self.interview
-            .iter()
-            .filter(|code| Footprint::is_clipped(code))
-            .count()
+        self.interview.iter().filter(|code| Footprint::is_clipped(code)).count()
     }
 
     /// The lamps under a response; `names` are those of all.
@@ -221,11 +202,8 @@ pub(super) fn footprints(
     silhouette::large_enough(&circle, &reference.display().to_string())?;
     let provisional = ResponseTable::of(&PROVISIONAL);
     let mut grid = Grid::new(ball, size.0, pictures.len());
-    let some: Vec<Picture> = (pictures
-        .iter()
-        .step_by(pictures.len().div_ceil(ENOUGH).max(1)))
-    .cloned()
-    .collect();
+    let some: Vec<Picture> =
+        (pictures.iter().step_by(pictures.len().div_ceil(ENOUGH).max(1))).cloned().collect();
     // What is wrong with the photographs is said below.
     let wrong_circle = (Photographs::read(&some, progress).ok())
         .and_then(|photographs| grid.check_circle(&photographs, &circle));
@@ -237,17 +215,10 @@ pub(super) fn footprints(
                 (address.display(), picture.0.size()),
                 (reference.display(), size),
             )?;
-            let name = address
-                .file()
-                .file_stem()
-                .unwrap_or_default()
-                .to_string_lossy();
+            let name = address.file().file_stem().unwrap_or_default().to_string_lossy();
             progress.step("mirror balls", lamp as u64 + 1, pictures.len() as u64, name);
             let photograph = on_ball(ball, &codes(&picture));
-            Ok((
-                Footprint::find(&photograph, &provisional),
-                grid.reduce(&photograph, &provisional),
-            ))
+            Ok((Footprint::find(&photograph, &provisional), grid.reduce(&photograph, &provisional)))
         })
         .collect::<Result<Vec<_>>>()?
         .into_iter()
@@ -268,18 +239,12 @@ pub(super) fn measure<'a>(
     names: impl Iterator<Item = &'a String>,
     table: &ResponseTable,
 ) -> (Rig, f32) {
-    let mut lamps: Vec<Lamp> = footprints
-        .iter()
-        .zip(names)
-        .map(|(f, name)| f.lamp(name, ball, table))
-        .collect();
+    let mut lamps: Vec<Lamp> =
+        footprints.iter().zip(names).map(|(f, name)| f.lamp(name, ball, table)).collect();
     // A lamp with less than a thousandth of the median energy counts as not seen: its weight would amplify the
     // OLAT's noise a thousandfold.
     let faintest = 1e-3 * median(lamps.iter().map(|lamp| luminance(lamp.energy)));
-    for lamp in lamps
-        .iter_mut()
-        .filter(|lamp| luminance(lamp.energy) < faintest)
-    {
+    for lamp in lamps.iter_mut().filter(|lamp| luminance(lamp.energy) < faintest) {
         lamp.confidence = 0.0;
     }
     // What the cone behind the ball hides of a lamp is filled in as if its footprint were as wide as
@@ -289,13 +254,8 @@ pub(super) fn measure<'a>(
     let is_clear =
         |lamp: &Lamp| from_axis(lamp) > cone + std::f32::consts::SQRT_2 * lamp.spread_deg;
     let seen = |lamp: &&Lamp| lamp.confidence > 0.0;
-    let spread = median(
-        lamps
-            .iter()
-            .filter(seen)
-            .filter(|l| is_clear(l))
-            .map(|lamp| lamp.spread_deg),
-    );
+    let spread =
+        median(lamps.iter().filter(seen).filter(|l| is_clear(l)).map(|lamp| lamp.spread_deg));
     let radius = std::f32::consts::SQRT_2 * spread;
     let (mut filled, mut all) = (0.0, 0.0);
     for lamp in &mut lamps {

@@ -72,11 +72,7 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
     let mut add = |fault, lamps: Vec<usize>, sentence: &dyn Fn(&str) -> String| {
         if !lamps.is_empty() {
             let sentence = sentence(&names(rig, &lamps));
-            findings.push(Finding {
-                fault,
-                lamps,
-                sentence,
-            });
+            findings.push(Finding { fault, lamps, sentence });
         }
     };
     let all = || 0..lamps.len();
@@ -87,24 +83,16 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
         direction.angle_between(Vec3::NEG_Z).to_degrees() < reach
     };
     // A lamp that was not seen may be wholly behind the ball: only the layout can tell.
-    let (hidden, unseen): (Vec<usize>, Vec<usize>) =
-        all().filter(|&i| !lamps[i].is_usable()).partition(|&i| {
-            in_layout
-                .place(i)
-                .is_some_and(|place| is_behind(place, 0.0))
-        });
+    let (hidden, unseen): (Vec<usize>, Vec<usize>) = all()
+        .filter(|&i| !lamps[i].is_usable())
+        .partition(|&i| in_layout.place(i).is_some_and(|place| is_behind(place, 0.0)));
     add(Fault::NotSeen, unseen, &|names| {
         format!(
             "{names}: the mirror ball shows no lamp, or misses it in one colour channel, so relit pictures cannot \
              use it. Check that the lamp was on and not blocked, and photograph its ball and OLATs again"
         )
     });
-    let median = median(
-        lamps
-            .iter()
-            .filter(|l| l.is_usable())
-            .map(|l| luminance(l.energy)),
-    );
+    let median = median(lamps.iter().filter(|l| l.is_usable()).map(|l| luminance(l.energy)));
     let dark = |i: &usize| lamps[*i].is_usable() && luminance(lamps[*i].energy) < DARK * median;
     add(Fault::Dark, all().filter(dark).collect(), &|names| {
         format!(
@@ -127,17 +115,13 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
         let seen = lamp.is_usable() && is_behind(lamp.direction, lamp.spread_deg.max(spread));
         seen || hidden.contains(i)
     };
-    add(
-        Fault::BehindBall,
-        all().filter(behind).collect(),
-        &|names| {
-            format!(
-                "{names}: hidden, at least in part, behind the mirror ball (within {blind_half_angle_deg:.0}° of \
+    add(Fault::BehindBall, all().filter(behind).collect(), &|names| {
+        format!(
+            "{names}: hidden, at least in part, behind the mirror ball (within {blind_half_angle_deg:.0}° of \
                  its axis), so direction and energy are estimates. Photograph the ball again from the side for \
                  these lamps"
-            )
-        },
-    );
+        )
+    });
     for duplicates in duplicates {
         add(Fault::SameLamp, duplicates, &|names| {
             format!(
@@ -191,29 +175,19 @@ pub fn same_pictures(pictures: &[Picture]) -> Result<Vec<Vec<usize>>> {
 fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
     // On a dense dome neighbours may be closer than duplicates are on a sparse one.
     let usable: Vec<usize> = (0..lamps.len()).filter(|&i| lamps[i].is_usable()).collect();
-    let angle = |i: usize, j: usize| {
-        lamps[i]
-            .direction
-            .angle_between(lamps[j].direction)
-            .to_degrees()
-    };
+    let angle =
+        |i: usize, j: usize| lamps[i].direction.angle_between(lamps[j].direction).to_degrees();
     let nearest = usable.iter().map(|&i| {
         let others = usable.iter().filter(|&&j| j != i);
         others.map(|&j| angle(i, j)).fold(180.0, f32::min)
     });
     // A quarter of the median spacing. Duplicates have no spacing and are left out.
     let spacing = median(nearest.filter(|a| *a > 0.1));
-    let limit = SAME_DEG.min(if spacing > 0.0 {
-        0.25 * spacing
-    } else {
-        SAME_DEG
-    });
+    let limit = SAME_DEG.min(if spacing > 0.0 { 0.25 * spacing } else { SAME_DEG });
     let same = |i: usize, j: usize| {
         let energy = lamps[i].energy.iter().zip(lamps[j].energy);
         angle(i, j) < limit
-            && energy
-                .into_iter()
-                .all(|(a, b)| (a - b).abs() < SAME_ENERGY * a.max(b))
+            && energy.into_iter().all(|(a, b)| (a - b).abs() < SAME_ENERGY * a.max(b))
     };
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for &lamp in &usable {

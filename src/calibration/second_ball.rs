@@ -72,10 +72,7 @@ fn lamps(
     let shoot = &project.settings.shoot;
     let pictures = pictures(project, second);
     let first = pictures.first().ok_or_else(|| {
-        Error::missing(
-            "the second mirror ball has no photographs",
-            "Import the shoot again",
-        )
+        Error::missing("the second mirror ball has no photographs", "Import the shoot again")
     })?;
     let size = footage::dimensions(first)?;
     let ball = MirrorBall::new(&second.ball, shoot.ball_dome_radius_m(), size)?;
@@ -115,9 +112,7 @@ pub(super) fn rig(
 /// The photographs of the second ball.
 fn pictures(project: &Project, second: &SecondBall) -> Vec<Picture> {
     let lamps = 0..project.settings.shoot.all_lamps().len();
-    lamps
-        .map(|lamp| project.second_probe_picture(second, lamp))
-        .collect()
+    lamps.map(|lamp| project.second_probe_picture(second, lamp)).collect()
 }
 
 /// Joins the second ball's lamps to the first's, in place: directions and confidences are those of both; energies stay
@@ -167,10 +162,8 @@ fn join(
             lamp.confidence = agreement * (1.0 - wrong);
         } else {
             let better = usize::from(second.confidence > lamp.confidence);
-            let (direction, confidence) = [
-                (lamp.direction, lamp.confidence),
-                (second.direction, second.confidence),
-            ][better];
+            let (direction, confidence) =
+                [(lamp.direction, lamp.confidence), (second.direction, second.confidence)][better];
             lamp.direction = turned(direction, better);
             // Two good views of different things: one is wrong, and nobody knows which.
             lamp.confidence = agreement * confidence;

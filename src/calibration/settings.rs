@@ -23,11 +23,7 @@ pub struct CalibrateSettings {
     pub comparison: Option<Comparison>,
     /// Use this camera response (two exponents, srgb, rec709, linear, or log,K) and exposure of the interview instead of
     /// fitting them.
-    #[arg(
-        long = "gamma",
-        value_name = "RESPONSE[,EXPOSURE]",
-        conflicts_with = "comparison"
-    )]
+    #[arg(long = "gamma", value_name = "RESPONSE[,EXPOSURE]", conflicts_with = "comparison")]
     pub trial: Option<Trial>,
     /// Leave the OLATs as they are. Else it is looked whether the subject moved while the lamps went round, and exemplars
     /// are freed of a motion that is found, which takes a second or two for each pose.
@@ -115,10 +111,7 @@ mod tests {
 
     #[test]
     fn a_response_is_a_name_or_exponents_and_an_exposure_may_follow() {
-        let dual = Response::Dual(DualGamma {
-            gamma1: 2.5,
-            gamma2: 1.75,
-        });
+        let dual = Response::Dual(DualGamma { gamma1: 2.5, gamma2: 1.75 });
         for (text, response, exposure) in [
             ("2.5,1.75", dual, 1.0),
             ("2.5, 1.75, 1.25", dual, 1.25),
@@ -130,16 +123,7 @@ mod tests {
         ] {
             assert_eq!(text.parse(), Ok(Trial { response, exposure }), "{text}");
         }
-        for text in [
-            "",
-            "2.5",
-            "log",
-            "srgb,",
-            "srgb,9",
-            "9,9",
-            "2.5,1.75,1,1",
-            "nan,2",
-        ] {
+        for text in ["", "2.5", "log", "srgb,", "srgb,9", "9,9", "2.5,1.75,1,1", "nan,2"] {
             assert!(text.parse::<Trial>().is_err(), "{text}");
         }
     }

@@ -48,26 +48,17 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
     };
     // Bright pixels face the lamp, more or less.
     let towards: DVec3 = pixels.iter().map(|p| p.light.max(0.0) * p.normal).sum();
-    let mut fit = Fit {
-        lamp: towards.try_normalize().ok_or_else(dark)?,
-        ambient: 0.0,
-    };
+    let mut fit = Fit { lamp: towards.try_normalize().ok_or_else(dark)?, ambient: 0.0 };
     let mut used = Vec::new();
     for round in 0..ROUNDS {
         let direction = fit.lamp.try_normalize().ok_or_else(dark)?;
-        let lit: Vec<&Pixel> = pixels
-            .iter()
-            .filter(|p| p.normal.dot(direction) > GRAZING)
-            .collect();
+        let lit: Vec<&Pixel> =
+            pixels.iter().filter(|p| p.normal.dot(direction) > GRAZING).collect();
         if lit.len() < 100 {
             return Err(dark());
         }
         // The first fits place the lamp roughly, so that outliers of them are not yet outliers.
-        let scale = if round < 3 {
-            f64::INFINITY
-        } else {
-            fit.scale(&lit)
-        };
+        let scale = if round < 3 { f64::INFINITY } else { fit.scale(&lit) };
         used = lit
             .into_iter()
             .map(|p| (p, tukey(fit.residual(p) / scale)))
@@ -129,10 +120,7 @@ impl Fit {
         let (square, target) = (square * (1.0 / sum), target / sum);
         let solution = square.inverse() * target;
         let sound = sum > 0.0 && square.determinant() > 1e-12 && solution.is_finite();
-        sound.then(|| Self {
-            lamp: solution.truncate(),
-            ambient: solution.w,
-        })
+        sound.then(|| Self { lamp: solution.truncate(), ambient: solution.w })
     }
 
     fn residual(&self, pixel: &Pixel) -> f64 {
@@ -151,11 +139,7 @@ impl Fit {
 /// Tukey's biweight of a residual in standard deviations (Beaton and Tukey 1974), 95 % efficient.
 fn tukey(deviations: f64) -> f64 {
     let x = deviations / 4.685;
-    if x.abs() < 1.0 {
-        (1.0 - x * x).powi(2)
-    } else {
-        0.0
-    }
+    if x.abs() < 1.0 { (1.0 - x * x).powi(2) } else { 0.0 }
 }
 
 /// The surface normal at each pixel that lies wholly on the ball: halfway between what the pixel reflects
@@ -171,9 +155,7 @@ fn normals(ball: &Ball, size: (usize, usize)) -> Result<Vec<(usize, DVec3)>> {
         (reflected.as_dvec3() + to_camera).normalize_or_zero()
     };
     let pixels = geometry.pixels.iter();
-    Ok(pixels
-        .map(|pixel| (pixel.index, normal(pixel.index, pixel.direction)))
-        .collect())
+    Ok(pixels.map(|pixel| (pixel.index, normal(pixel.index, pixel.direction))).collect())
 }
 
 #[cfg(test)]

@@ -171,10 +171,7 @@ impl From<&Rim> for Silhouette {
 
 /// Refuses a circle that cannot be a ball in these photographs.
 fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
-    let Circle {
-        center_px: [x, y],
-        radius_px,
-    } = Circle::new(circle.center_px, circle.radius_px)?;
+    let Circle { center_px: [x, y], radius_px } = Circle::new(circle.center_px, circle.radius_px)?;
     large_enough(circle, &photographs.place())?;
     let (width, height) = photographs.average().size();
     let outside = |at: f64, size: usize| (-at).max(at - size as f64).max(0.0);

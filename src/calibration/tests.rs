@@ -19,11 +19,8 @@ fn dome() -> Vec<(Vec3, f32)> {
     (0..14)
         .map(|i| {
             let (y, turn) = (0.95 - 0.125 * i as f32, i as f32 * 2.399_963);
-            let direction = Vec3::new(
-                (1.0 - y * y).sqrt() * turn.sin(),
-                y,
-                (1.0 - y * y).sqrt() * turn.cos(),
-            );
+            let direction =
+                Vec3::new((1.0 - y * y).sqrt() * turn.sin(), y, (1.0 - y * y).sqrt() * turn.cos());
             (direction, 0.1 + 0.05 * ((i * 5) % 7) as f32)
         })
         .collect()
@@ -32,12 +29,8 @@ fn dome() -> Vec<(Vec3, f32)> {
 /// Writes a shoot of a white ball with coloured spots that turns between poses, under [`dome`].
 pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
     const SIZE: usize = 96;
-    let ball = Ball {
-        center_px: [48.0, 48.0],
-        radius_px: 42.0,
-        radius_m: 0.075,
-        camera_distance_m: 4.0,
-    };
+    let ball =
+        Ball { center_px: [48.0, 48.0], radius_px: 42.0, radius_m: 0.075, camera_distance_m: 4.0 };
     let names = |what: &str, n: usize| (0..n).map(|i| format!("{what}{i:02}")).collect::<Vec<_>>();
     let lamps = dome();
     let mut project = Project::without_shoot(root);
@@ -105,19 +98,14 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
         f32::from((x as f32 - 47.5).hypot(y as f32 - 47.5) < 44.0)
     });
     for pose in 0..4 {
-        let olats: Vec<Image> = lamps
-            .iter()
-            .map(|(d, _)| subject(0.7 * pose as f32, *d))
-            .collect();
+        let olats: Vec<Image> = lamps.iter().map(|(d, _)| subject(0.7 * pose as f32, *d)).collect();
         for (i, olat) in olats.iter().enumerate() {
             write(project.olat_picture(pose, i), olat);
         }
         file::write_mask_png(project.exemplar_matte(pose).file(), &mask).unwrap();
         // The interview shows the poses, a little turned.
-        let frame: Vec<Image> = lamps
-            .iter()
-            .map(|(d, _)| subject(0.7 * pose as f32 + 0.05, *d))
-            .collect();
+        let frame: Vec<Image> =
+            lamps.iter().map(|(d, _)| subject(0.7 * pose as f32 + 0.05, *d)).collect();
         write(project.frame_picture(pose), &sum(&frame));
         file::write_mask_png(project.frame_matte(pose).file(), &mask).unwrap();
     }
@@ -147,12 +135,8 @@ fn a_shoot_of_known_making_is_recovered() {
     for (gamma1, gamma2) in [(2.5, 1.9), (2.0, 2.3)] {
         let folder = tempfile::tempdir().unwrap();
         let mut project = small_shoot(folder.path(), &DualGamma { gamma1, gamma2 });
-        let found = calibrate(
-            &mut project,
-            &CalibrateSettings::default(),
-            &Progress::silent(),
-        )
-        .unwrap();
+        let found =
+            calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
         println!(
             "γ ({gamma1}, {gamma2}): {:?} ± {:?}, exposure {}",
             found.response, found.gamma_deviation, found.exposure
@@ -170,10 +154,7 @@ fn a_shoot_of_known_making_is_recovered() {
                 .flat_map(|((_, t), w)| w.map(|w| (w / t - 1.0).abs()))
                 .collect(),
         );
-        println!(
-            "median angle {angle:.2}°, median weight error {:.1} %",
-            100.0 * weight
-        );
+        println!("median angle {angle:.2}°, median weight error {:.1} %", 100.0 * weight);
         assert!(angle < 1.0 && weight < 0.03);
         found.save(&project).unwrap();
         assert_eq!(Calibration::load(&project).unwrap(), found);
@@ -183,10 +164,7 @@ fn a_shoot_of_known_making_is_recovered() {
 #[test]
 fn lamps_that_the_network_does_not_learn_serve_the_calibration() {
     let folder = tempfile::tempdir().unwrap();
-    let response = DualGamma {
-        gamma1: 2.5,
-        gamma2: 1.9,
-    };
+    let response = DualGamma { gamma1: 2.5, gamma2: 1.9 };
     let mut project = small_shoot(folder.path(), &response);
     let layout: Vec<Vec3> = dome().iter().map(|(direction, _)| *direction).collect();
     project.settings.shoot.lamp_layout = layout.clone();
@@ -214,33 +192,22 @@ fn lamps_that_the_network_does_not_learn_serve_the_calibration() {
     assert!(!subset.indices.iter().any(|&i| layout[i] == turned));
     // Half the lamps do as much light as all, and come near it.
     let stand_in = found.stand_in.as_ref().unwrap();
-    assert!(
-        stand_in.residual > 0.0 && stand_in.residual < 0.3,
-        "{}",
-        stand_in.residual
-    );
+    assert!(stand_in.residual > 0.0 && stand_in.residual < 0.3, "{}", stand_in.residual);
     let exemplar = Exemplar::load(&project, &found.response, 0).unwrap();
     let light = found.interview_light();
-    let look = exemplar
-        .relit_by_all(&project, &found.response, &light)
-        .unwrap();
+    let look = exemplar.relit_by_all(&project, &found.response, &light).unwrap();
     let near = exemplar.relit(&found.learnt_light());
     let frame = Frame::load(&project, &found.response, 0).unwrap().plate;
     let [frame, look, near] = [&frame, &look, &near].map(|image| {
         let pixels = image.pixels.iter().zip(&exemplar.mask.pixels);
-        let inside = pixels
-            .filter(|(_, mask)| **mask > 0.99)
-            .map(|(pixel, _)| pixel[1]);
+        let inside = pixels.filter(|(_, mask)| **mask > 0.99).map(|(pixel, _)| pixel[1]);
         inside.clone().sum::<f32>() / inside.count() as f32
     });
     assert!((look / frame - 1.0).abs() < 0.03, "{look} is not {frame}");
     assert!((near / look - 1.0).abs() < 0.1, "{near} is not {look}");
     found.save(&project).unwrap();
     assert_eq!(Calibration::load(&project).unwrap(), found);
-    let cut = Calibration {
-        stand_in: None,
-        ..found
-    };
+    let cut = Calibration { stand_in: None, ..found };
     cut.save(&project).unwrap();
     assert!(Calibration::load(&project).is_err());
 }
@@ -255,10 +222,7 @@ fn a_calibration_that_fails_leaves_the_project_as_it_was() {
     for path in project.probe_pictures() {
         file::write_png(path.file(), &black).unwrap();
     }
-    let settings = CalibrateSettings {
-        find_circle: true,
-        ..CalibrateSettings::default()
-    };
+    let settings = CalibrateSettings { find_circle: true, ..CalibrateSettings::default() };
     let error = calibrate(&mut project, &settings, &Progress::silent()).unwrap_err();
     assert!(error.to_string().contains("interview.png"), "{error}");
     // A circle that is good, and then a ball that cannot be read.

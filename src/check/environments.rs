@@ -75,11 +75,7 @@ pub(super) fn checks(
         Some(Err(why)) => Check::unread(Subject::HalfFloats, why),
         None => Check::uncalibrated(Subject::HalfFloats),
     };
-    vec![
-        coverage(shown.uncovered),
-        contrast(lit, &mut weights, rig),
-        halves,
-    ]
+    vec![coverage(shown.uncovered), contrast(lit, &mut weights, rig), halves]
 }
 
 fn coverage(uncovered: f32) -> Check {
@@ -140,9 +136,7 @@ fn lamp_radius_deg(rig: &Rig) -> f32 {
     let spacing = median(usable.iter().enumerate().map(|(i, lamp)| {
         let others = usable.iter().enumerate().filter(|(j, _)| *j != i);
         let angle = |other: Vec3| lamp.direction.angle_between(other).to_degrees();
-        others
-            .map(|(_, other)| angle(other.direction))
-            .fold(180.0, f32::min)
+        others.map(|(_, other)| angle(other.direction)).fold(180.0, f32::min)
     }));
     own.max(0.5 * spacing)
 }
@@ -203,8 +197,6 @@ fn largest(picture: &Image) -> f32 {
 }
 
 fn mean_radiance(environment: &Environment) -> f32 {
-    let energy = environment
-        .energy()
-        .map(|e| e as f32 / (4.0 * std::f32::consts::PI));
+    let energy = environment.energy().map(|e| e as f32 / (4.0 * std::f32::consts::PI));
     luminance(energy)
 }

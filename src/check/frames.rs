@@ -48,11 +48,9 @@ pub(super) fn check(pictures: &Pictures) -> Check {
     let level = Level::of(unlike as f32 / far.len() as f32, doubtful, bad);
     let looked = match pictures.all_frames == far.len() {
         true => counted(far.len(), "frame"),
-        false => format!(
-            "{} ({} in all)",
-            counted(far.len(), "checked frame"),
-            pictures.all_frames
-        ),
+        false => {
+            format!("{} ({} in all)", counted(far.len(), "checked frame"), pictures.all_frames)
+        }
     };
     let are = if unlike == 1 { "is" } else { "are" };
     let sentence = format!(
@@ -69,9 +67,8 @@ pub(super) fn check(pictures: &Pictures) -> Check {
 fn seen(plate: &Image, mask: &Mask, shown: &Mask) -> Vec<f32> {
     /// The exposure puts the subject's 90th percentile here.
     const EXPOSED: f32 = 0.5;
-    let covered: Vec<f32> = (mask.pixels.iter().zip(&shown.pixels))
-        .map(|(covered, shown)| covered * shown)
-        .collect();
+    let covered: Vec<f32> =
+        (mask.pixels.iter().zip(&shown.pixels)).map(|(covered, shown)| covered * shown).collect();
     let mut lit: Vec<f32> = (plate.pixels.iter().zip(&covered))
         .filter(|(_, covered)| **covered > 0.5)
         .map(|(pixel, _)| luminance(*pixel))
@@ -118,24 +115,15 @@ mod tests {
         let level = |shown: Mask| {
             let poses = [13.0, 15.0, 17.0, 19.0].map(|at| {
                 let (plate, mask) = subject(at, 0..32);
-                Pose {
-                    olats: vec![],
-                    peaks: vec![],
-                    plate,
-                    mask,
-                }
+                Pose { olats: vec![], peaks: vec![], plate, mask }
             });
             let frames = [14.0, 16.0, 18.0].map(|at| {
                 let (plate, mask) = subject(at, filmed.clone());
                 let name = "frame".to_owned();
                 Filmed { name, plate, mask }
             });
-            let pictures = Pictures {
-                poses: poses.into(),
-                frames: frames.into(),
-                shown,
-                all_frames: 3,
-            };
+            let pictures =
+                Pictures { poses: poses.into(), frames: frames.into(), shown, all_frames: 3 };
             check(&pictures).level
         };
         assert_eq!(level(Mask::filled(32, 32, 1.0)), Level::Bad);

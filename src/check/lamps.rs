@@ -23,12 +23,7 @@ const FILLED: [f32; 2] = [0.035, 0.15];
 
 /// The four checks of the lamps.
 pub(super) fn checks(calibration: &Calibration) -> Vec<Check> {
-    vec![
-        seen(calibration),
-        agree(calibration),
-        clipped(calibration),
-        hidden(calibration),
-    ]
+    vec![seen(calibration), agree(calibration), clipped(calibration), hidden(calibration)]
 }
 
 fn seen(calibration: &Calibration) -> Check {
@@ -54,12 +49,8 @@ fn seen(calibration: &Calibration) -> Check {
 }
 
 fn agree(calibration: &Calibration) -> Check {
-    const WRONG: [Fault; 4] = [
-        Fault::WrongCircle,
-        Fault::SameLamp,
-        Fault::SamePicture,
-        Fault::Swapped,
-    ];
+    const WRONG: [Fault; 4] =
+        [Fault::WrongCircle, Fault::SameLamp, Fault::SamePicture, Fault::Swapped];
     const ODD: [Fault; 2] = [Fault::Misplaced, Fault::WrongLayout];
     if let Some(finding) = finding(calibration, &WRONG) {
         return from_finding(Subject::LampsAgree, Level::Bad, finding);
@@ -141,9 +132,7 @@ fn clipped(calibration: &Calibration) -> Check {
         let sentence = "No mirror ball is clipped";
         return Check::new(Subject::LampsClipped, Level::Good, sentence);
     }
-    let most = (calibration.rig.lamps.iter())
-        .map(|l| l.clipped)
-        .fold(0.0, f32::max);
+    let most = (calibration.rig.lamps.iter()).map(|l| l.clipped).fold(0.0, f32::max);
     let sentence = format!(
         "{} pixels of the mirror balls are clipped, at most {:.0} % of a lamp's light: clipped lamps are brighter than \
          measured",
@@ -187,9 +176,7 @@ fn finding<'a>(calibration: &'a Calibration, faults: &[Fault]) -> Option<&'a Str
 
 /// A check of the calibration's own sentence, which ends with what to do.
 fn from_finding(subject: Subject, level: Level, finding: &str) -> Check {
-    let (sentence, remedy) = finding
-        .split_once(". ")
-        .unwrap_or((finding, "Check these lamps"));
+    let (sentence, remedy) = finding.split_once(". ").unwrap_or((finding, "Check these lamps"));
     Check::new(subject, level, sentence).remedy(remedy)
 }
 

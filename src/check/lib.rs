@@ -137,11 +137,7 @@ impl Level {
 
     /// The worse of both.
     pub fn worst(self, other: Self) -> Self {
-        if other.rank() > self.rank() {
-            other
-        } else {
-            self
-        }
+        if other.rank() > self.rank() { other } else { self }
     }
 
     /// As people say it.
@@ -176,21 +172,12 @@ impl Subject {
 
 impl Check {
     fn new(subject: Subject, level: Level, sentence: impl Into<String>) -> Self {
-        Self {
-            subject,
-            environment: None,
-            level,
-            sentence: sentence.into(),
-            remedy: None,
-        }
+        Self { subject, environment: None, level, sentence: sentence.into(), remedy: None }
     }
 
     /// The same with what to do about it, unless it is green.
     fn remedy(self, remedy: impl Into<String>) -> Self {
-        Self {
-            remedy: (self.level != Level::Good).then(|| remedy.into()),
-            ..self
-        }
+        Self { remedy: (self.level != Level::Good).then(|| remedy.into()), ..self }
     }
 
     /// What is not known before the project is calibrated.
@@ -200,9 +187,8 @@ impl Check {
 
     /// What is not known because something could not be read; `why` says what to do.
     fn unread(subject: Subject, why: &str) -> Self {
-        let (sentence, remedy) = why
-            .rsplit_once(". ")
-            .unwrap_or((why, "Fix that, and check again"));
+        let (sentence, remedy) =
+            why.rsplit_once(". ").unwrap_or((why, "Fix that, and check again"));
         Self::new(subject, Level::Unknown, format!("Not known: {sentence}")).remedy(remedy)
     }
 
@@ -224,10 +210,7 @@ impl Check {
 impl CheckReport {
     fn new(checks: Vec<Check>) -> Self {
         let levels = checks.iter().map(|check| check.level);
-        Self {
-            level: levels.fold(Level::Good, Level::worst),
-            checks,
-        }
+        Self { level: levels.fold(Level::Good, Level::worst), checks }
     }
 
     /// How many checks have a level.
@@ -262,10 +245,7 @@ impl Evidence {
             Some(read) => Some(read.map_err(|e| e.to_string())),
             None => None,
         };
-        Ok(Self {
-            calibration: calibration.map_err(|e| e.to_string()),
-            pictures,
-        })
+        Ok(Self { calibration: calibration.map_err(|e| e.to_string()), pictures })
     }
 
     /// Judges the project and what some environments ask of it.
@@ -283,23 +263,22 @@ impl Evidence {
                 });
                 checks
             }
-            other => Subject::OF_PROJECT
-                .map(|subject| not_calibrated(subject, other))
-                .into(),
+            other => Subject::OF_PROJECT.map(|subject| not_calibrated(subject, other)).into(),
         };
         for lit in environments {
             let about = match &self.calibration {
                 Ok(Some(calibration)) => {
                     environments::checks(lit, calibration, self.pictures.as_ref())
                 }
-                other => Subject::OF_ENVIRONMENT
-                    .map(|subject| not_calibrated(subject, other))
-                    .into(),
+                other => {
+                    Subject::OF_ENVIRONMENT.map(|subject| not_calibrated(subject, other)).into()
+                }
             };
-            checks.extend(about.into_iter().map(|check| Check {
-                environment: Some(lit.name.clone()),
-                ..check
-            }));
+            checks.extend(
+                about
+                    .into_iter()
+                    .map(|check| Check { environment: Some(lit.name.clone()), ..check }),
+            );
         }
         CheckReport::new(checks)
     }

@@ -31,10 +31,8 @@ pub(super) fn likeness_db(
     weights: &LightWeights,
 ) -> f32 {
     let (truth, lamps) = (sky(environment, turn), lamps(rig, weights));
-    let pictures: Vec<[f64; 2]> = (0..POINTS)
-        .into_par_iter()
-        .map(|i| [&truth, &lamps].map(|rays| lit(i, rays)))
-        .collect();
+    let pictures: Vec<[f64; 2]> =
+        (0..POINTS).into_par_iter().map(|i| [&truth, &lamps].map(|rays| lit(i, rays))).collect();
     let mut levels: Vec<f64> = pictures.iter().map(|[truth, _]| *truth).collect();
     levels.sort_by(f64::total_cmp);
     let exposure = EXPOSED / levels[POINTS * 95 / 100];
@@ -43,19 +41,14 @@ pub(super) fn likeness_db(
         (a - b).powi(2)
     });
     let mean = squares.sum::<f64>() / POINTS as f64;
-    if exposure.is_finite() {
-        (-10.0 * mean.max(1e-9).log10()) as f32
-    } else {
-        f32::NAN
-    }
+    if exposure.is_finite() { (-10.0 * mean.max(1e-9).log10()) as f32 } else { f32::NAN }
 }
 
 /// What a point reflects towards anywhere, up to a factor: Lambert's law, behind its wall.
 fn lit(point: usize, rays: &[Ray]) -> f64 {
     let (normal, wall) = place(point);
     let seen = rays.iter().filter(|(from, _)| wall.dot(*from) > 0.0);
-    seen.map(|(from, energy)| f64::from(normal.dot(*from).max(0.0)) * energy)
-        .sum()
+    seen.map(|(from, energy)| f64::from(normal.dot(*from).max(0.0)) * energy).sum()
 }
 
 /// A point's normal, and the side of its wall that it is on.
@@ -82,10 +75,7 @@ fn sky(environment: &Environment, turn: Quat) -> Vec<Ray> {
     let rays = pixels.map(|(i, radiance)| {
         let solid_angle = texel_solid_angle(i / width, width, height);
         let direction = texel_direction(i % width, i / width, width, height);
-        (
-            turn * direction,
-            solid_angle * f64::from(luminance(*radiance)),
-        )
+        (turn * direction, solid_angle * f64::from(luminance(*radiance)))
     });
     rays.filter(|(_, energy)| *energy > 0.0).collect()
 }

@@ -21,21 +21,11 @@ fn judged(motion: &Motion) -> Check {
     let check = |level, sentence| Check::new(Subject::Motion, level, sentence);
     // Two deviations beyond what was found, as far as that is known.
     let reach = |moved: bool| -> Vec<f32> {
-        let poses = motion
-            .poses
-            .iter()
-            .filter(move |pose| pose.corrected == moved);
-        poses
-            .map(|pose| pose.largest_px + 2.0 * pose.deviation_px)
-            .collect()
+        let poses = motion.poses.iter().filter(move |pose| pose.corrected == moved);
+        poses.map(|pose| pose.largest_px + 2.0 * pose.deviation_px).collect()
     };
     let all = motion.poses.len();
-    if all == 0
-        || [reach(true), reach(false)]
-            .concat()
-            .iter()
-            .any(|v| v.is_nan())
-    {
+    if all == 0 || [reach(true), reach(false)].concat().iter().any(|v| v.is_nan()) {
         return check(
             Level::Unknown,
             "The OLATs do not show whether the subject moved while the lamps went round".to_owned(),
@@ -43,10 +33,7 @@ fn judged(motion: &Motion) -> Check {
         .remedy("Photograph more lamps for each pose, or fully lit tracking frames between them");
     }
     let moved = motion.poses.iter().filter(|pose| pose.corrected);
-    let Some(most) = moved
-        .clone()
-        .max_by(|a, b| a.largest_px.total_cmp(&b.largest_px))
-    else {
+    let Some(most) = moved.clone().max_by(|a, b| a.largest_px.total_cmp(&b.largest_px)) else {
         let unseen = reach(false).into_iter().fold(0.0, f32::max);
         return check(
             Level::Good,

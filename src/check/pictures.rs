@@ -61,12 +61,7 @@ impl Pictures {
         for (share, other) in shown.pixels.iter_mut().zip(lit.pixels) {
             *share = share.min(other);
         }
-        let mut read = Self {
-            shown,
-            poses: Vec::new(),
-            frames: Vec::new(),
-            all_frames,
-        };
+        let mut read = Self { shown, poses: Vec::new(), frames: Vec::new(), all_frames };
         for (pose, name) in shoot.poses.iter().enumerate() {
             progress.check("nothing was changed")?;
             progress.step("looking at the pictures", pose as u64, total, name);
@@ -106,12 +101,7 @@ impl Pose {
         olats.truncate(settings.shoot.lamps.len());
         peaks.truncate(settings.shoot.lamps.len());
         let mask = footage::read_mask(&project.exemplar_matte(pose), &settings.framing)?;
-        Ok(Self {
-            olats,
-            peaks,
-            plate,
-            mask: resize_area(&mask, side, side),
-        })
+        Ok(Self { olats, peaks, plate, mask: resize_area(&mask, side, side) })
     }
 }
 
@@ -136,9 +126,7 @@ fn within(framing: &Framing, side: usize) -> Mask {
         ((end - start.max(0.0)) / block).clamp(0.0, 1.0)
     };
     let [width, height] = framing.source;
-    Mask::from_fn(side, side, |x, y| {
-        share(x, framing.x, width) * share(y, framing.y, height)
-    })
+    Mask::from_fn(side, side, |x, y| share(x, framing.x, width) * share(y, framing.y, height))
 }
 
 /// The brightest values of a picture, in `side` × `side` blocks of it.

@@ -19,10 +19,8 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let evidence = &calibration.gamma_evidence;
     let check = |level, sentence: String| Check::new(Subject::Response, level, sentence);
     if evidence.by_hand {
-        let sentence = format!(
-            "Set by hand: {}. Nothing says how right it is",
-            calibration.response
-        );
+        let sentence =
+            format!("Set by hand: {}. Nothing says how right it is", calibration.response);
         return check(Level::Unknown, sentence)
             .remedy("Calibrate without a response set by hand to see what the pictures say");
     }
@@ -35,17 +33,11 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     }
     let ninety = (evidence.intervals.iter()).find(|i| (i.probability - 0.9).abs() < 1e-3);
     let (intervals, says) = match (ninety, calibration.response.exponents()) {
-        (Some(interval), _) => (
-            [interval.gamma1, interval.gamma2],
-            "with a probability of 90 %",
-        ),
+        (Some(interval), _) => ([interval.gamma1, interval.gamma2], "with a probability of 90 %"),
         (None, Some(exponents)) if calibration.gamma_deviation != [0.0; 2] => {
             let [d1, d2] = calibration.gamma_deviation.map(|d| HALF_WIDTH * d);
             let [g1, g2] = exponents;
-            (
-                [[g1 - d1, g1 + d1], [g2 - d2, g2 + d2]],
-                "by its deviations",
-            )
+            ([[g1 - d1, g1 + d1], [g2 - d2, g2 + d2]], "by its deviations")
         }
         _ => {
             let sentence = "The calibration does not say how well the response is known";
@@ -65,21 +57,13 @@ pub(super) fn response(calibration: &Calibration) -> Check {
         let apart = (first.gamma1 - second.gamma1).abs();
         let apart = apart.max((first.gamma2 - second.gamma2).abs());
         let both_likely = second.probability > LIKELY && apart > DIFFERENT;
-        level = level.worst(if both_likely {
-            Level::Bad
-        } else {
-            Level::Doubtful
-        });
+        level = level.worst(if both_likely { Level::Bad } else { Level::Doubtful });
         sentence += &format!(
             "; or, with a probability of {:.0} %, γ1 = {:.2} and γ2 = {:.2}, if the exposure was {}",
             100.0 * second.probability,
             second.gamma1,
             second.gamma2,
-            if second.changed {
-                "changed"
-            } else {
-                "left alone"
-            }
+            if second.changed { "changed" } else { "left alone" }
         );
         remedy =
             "Compare both cases in the Gamma workspace, and take the one whose picture is right";
@@ -120,10 +104,8 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
     let mut remedy = "Light the interview with the stage's own lamps, or photograph its mirror ball again if the light \
                       was changed. Otherwise the poses are relit with light that the frames do not have";
     if missed >= doubtful {
-        sentence += &format!(
-            "; the lamps that the network learns miss it by {:.0} %",
-            100.0 * missed
-        );
+        sentence +=
+            &format!("; the lamps that the network learns miss it by {:.0} %", 100.0 * missed);
         remedy = "Let the network learn more lamps";
     }
     Check::new(Subject::InterviewLight, level, sentence).remedy(remedy)
@@ -136,9 +118,5 @@ fn unexplained(calibration: &Calibration) -> f32 {
 
 /// The larger value; NaN if one is NaN.
 fn larger(a: f32, b: f32) -> f32 {
-    if a.is_nan() || b.is_nan() {
-        f32::NAN
-    } else {
-        a.max(b)
-    }
+    if a.is_nan() || b.is_nan() { f32::NAN } else { a.max(b) }
 }

@@ -16,17 +16,12 @@ fn of(report: &CheckReport, subject: Subject) -> &Check {
 
 /// The report of a project without environments.
 fn report(project: &Project) -> CheckReport {
-    Evidence::read(project, &Progress::silent())
-        .unwrap()
-        .report(&[])
+    Evidence::read(project, &Progress::silent()).unwrap().report(&[])
 }
 
 /// The report of a calibration alone.
 fn judged(calibration: &Calibration, lit: &[LitEnvironment]) -> CheckReport {
-    let evidence = Evidence {
-        calibration: Ok(Some(calibration.clone())),
-        pictures: None,
-    };
+    let evidence = Evidence { calibration: Ok(Some(calibration.clone())), pictures: None };
     evidence.report(lit)
 }
 
@@ -82,11 +77,7 @@ fn each_doubt_turns_its_own_check() {
         change(&mut changed);
         let report = judged(&changed, &[]);
         let check = of(&report, subject);
-        assert_eq!(
-            check.level == Level::Good,
-            check.remedy.is_none(),
-            "{check:?}"
-        );
+        assert_eq!(check.level == Level::Good, check.remedy.is_none(), "{check:?}");
         assert!(!check.sentence.is_empty());
         check.level
     };
@@ -119,39 +110,21 @@ fn each_doubt_turns_its_own_check() {
     assert_eq!(level(LampsSeen, &|c| c.rig.lamps[1].confidence = 0.0), Bad);
     let dark = found(Fault::Dark, "olat_01: dark. Check the lamp");
     assert_eq!(level(LampsSeen, &dark), Doubtful);
-    assert_eq!(
-        level(LampsAgree, &|c| c.rig.lamps[1].confidence = 0.4),
-        Doubtful
-    );
+    assert_eq!(level(LampsAgree, &|c| c.rig.lamps[1].confidence = 0.4), Doubtful);
     let doubt_all = |c: &mut Calibration| c.rig.lamps.iter_mut().for_each(|l| l.confidence = 0.4);
     assert_eq!(level(LampsAgree, &doubt_all), Bad);
-    let same = found(
-        Fault::SameLamp,
-        "olat_01, olat_02 show the same lamp. Check it",
-    );
+    let same = found(Fault::SameLamp, "olat_01, olat_02 show the same lamp. Check it");
     assert_eq!(level(LampsAgree, &same), Bad);
     // A file of an older version has findings of unknown kinds.
-    assert_eq!(
-        level(LampsAgree, &|c| c.rig_findings.push("odd. Check it".into())),
-        Doubtful
-    );
+    assert_eq!(level(LampsAgree, &|c| c.rig_findings.push("odd. Check it".into())), Doubtful);
     assert_eq!(level(LampsClipped, &|c| c.clipped_pixels = 3), Doubtful);
     assert_eq!(level(LampsClipped, &|c| c.rig.lamps[0].clipped = 0.6), Bad);
     assert_eq!(level(LampsHidden, &|c| c.filled_energy = 0.05), Doubtful);
     assert_eq!(level(LampsHidden, &|c| c.filled_energy = 0.3), Bad);
-    assert_eq!(
-        level(InterviewLight, &|c| c.probe_residual = 0.08),
-        Doubtful
-    );
+    assert_eq!(level(InterviewLight, &|c| c.probe_residual = 0.08), Doubtful);
     assert_eq!(level(InterviewLight, &|c| c.uncovered_energy = 0.5), Bad);
-    assert_eq!(
-        level(InterviewLight, &|c| c.probe_residual = f32::NAN),
-        Unknown
-    );
-    assert_eq!(
-        level(Response, &|c| c.gamma_evidence.by_hand = true),
-        Unknown
-    );
+    assert_eq!(level(InterviewLight, &|c| c.probe_residual = f32::NAN), Unknown);
+    assert_eq!(level(Response, &|c| c.gamma_evidence.by_hand = true), Unknown);
     let wide = |width: f32| {
         move |c: &mut Calibration| {
             let intervals = c.gamma_evidence.intervals.iter_mut();
@@ -183,11 +156,7 @@ fn each_doubt_turns_its_own_check() {
     assert_eq!(level(Response, &|c| c.uncovered_energy = 0.5), Bad);
     assert_eq!(level(Response, &|c| c.probe_residual = f32::NAN), Unknown);
     let hidden = found(Fault::BehindBall, "olat_01: hidden. Check it");
-    assert_eq!(
-        level(LampsHidden, &hidden),
-        Level::Good,
-        "a small part is no doubt"
-    );
+    assert_eq!(level(LampsHidden, &hidden), Level::Good, "a small part is no doubt");
 }
 
 #[test]
@@ -199,13 +168,7 @@ fn nothing_is_green_before_it_was_measured() {
     assert_eq!((report.level, report.checks.len()), (Level::Unknown, 11));
     for check in &report.checks {
         assert_eq!(check.level, Level::Unknown);
-        assert!(
-            check
-                .remedy
-                .as_ref()
-                .unwrap()
-                .contains("Calibrate the project")
-        );
+        assert!(check.remedy.as_ref().unwrap().contains("Calibrate the project"));
     }
     let json = serde_json::to_value(&report).unwrap();
     assert_eq!(json["level"], "unknown");
@@ -226,16 +189,8 @@ fn hostile_projects_are_named_and_not_green() {
     let broken = report(&project);
     let check = of(&broken, Subject::Frames);
     assert_eq!(check.level, Level::Unknown);
-    assert!(
-        check.sentence.contains("frame_001.png"),
-        "{}",
-        check.sentence
-    );
-    assert_eq!(
-        of(&broken, Subject::LampsSeen).level,
-        Level::Good,
-        "the rest is judged"
-    );
+    assert!(check.sentence.contains("frame_001.png"), "{}", check.sentence);
+    assert_eq!(of(&broken, Subject::LampsSeen).level, Level::Good, "the rest is judged");
     std::fs::write(&frame, kept).unwrap();
 
     let mut without = project.clone();
@@ -252,26 +207,14 @@ fn hostile_projects_are_named_and_not_green() {
     let spoilt = text.replace("probe_residual = 0.01", "probe_residual = nan");
     assert_ne!(text, spoilt);
     std::fs::write(&path, spoilt).unwrap();
-    assert_eq!(
-        of(&report(&project), Subject::InterviewLight).level,
-        Level::Unknown
-    );
+    assert_eq!(of(&report(&project), Subject::InterviewLight).level, Level::Unknown);
     std::fs::write(&path, "gamma1 = \"none\"").unwrap();
     let damaged = report(&project);
-    assert!(
-        damaged
-            .checks
-            .iter()
-            .all(|check| check.level == Level::Unknown)
-    );
+    assert!(damaged.checks.iter().all(|check| check.level == Level::Unknown));
     assert!(damaged.checks[0].sentence.contains("calibration.toml"));
 
     let mut unlit = sound.clone();
-    unlit
-        .rig
-        .lamps
-        .iter_mut()
-        .for_each(|lamp| lamp.confidence = 0.0);
+    unlit.rig.lamps.iter_mut().for_each(|lamp| lamp.confidence = 0.0);
     let report = judged(&unlit, &[lit(Image::filled(8, 4, [1.0; 3]))]);
     assert_eq!(of(&report, Subject::Coverage).level, Level::Unknown);
     assert_eq!(report.level, Level::Bad);
@@ -301,16 +244,8 @@ fn a_frame_of_something_else_is_unlike_every_pose() {
     image::open(&mask).unwrap().flipv().save(&mask).unwrap();
     let report = report(&project);
     let check = of(&report, Subject::Frames);
-    assert!(
-        matches!(check.level, Level::Doubtful | Level::Bad),
-        "{check:?}"
-    );
-    assert!(
-        check
-            .sentence
-            .contains(&*project.settings.shoot.frames.name(2)),
-        "{check:?}"
-    );
+    assert!(matches!(check.level, Level::Doubtful | Level::Bad), "{check:?}");
+    assert!(check.sentence.contains(&*project.settings.shoot.frames.name(2)), "{check:?}");
 }
 
 #[test]
@@ -396,12 +331,7 @@ fn brightness_beyond_half_floats_and_dark_that_is_lost_are_named() {
 fn the_plain_stage_is_green() {
     let folder = tempfile::tempdir().unwrap();
     // The balls of smaller pictures are too small for all lamps to be certain.
-    let shoot = TestShoot {
-        frames: 4,
-        lamps: 41,
-        size: 128,
-        working_size: 64,
-    };
+    let shoot = TestShoot { frames: 4, lamps: 41, size: 128, working_size: 64 };
     let (project, _) = shoot.calibrate(folder.path(), "project");
     let report = report(&project);
     assert_eq!(report.level, Level::Good, "{}", report.sentence());

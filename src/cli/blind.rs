@@ -34,14 +34,8 @@ impl BlindArgs {
     /// The job that was asked for.
     pub fn job(self) -> Job {
         match self.answers {
-            Some(files) => Job::Answers {
-                project: self.project,
-                files,
-            },
-            None => Job::Blind {
-                project: self.project,
-                settings: self.settings,
-            },
+            Some(files) => Job::Answers { project: self.project, files },
+            None => Job::Blind { project: self.project, settings: self.settings },
         }
     }
 }

@@ -113,10 +113,8 @@ impl CheckArgs {
                 "Leave --certificate, --frames, --rate and --allow-repeats out, or name a shot's frames",
             ));
         }
-        let job = Job::Check {
-            project: project.to_path_buf(),
-            environments: self.environment.clone(),
-        };
+        let job =
+            Job::Check { project: project.to_path_buf(), environments: self.environment.clone() };
         let console = Console::new(self.output.json);
         let outcome = console.run(|progress| job.run(progress))?;
         console.finish(&outcome, || format!("{}\n{HARD_CASES}", outcome.sentence()))?;
@@ -141,10 +139,7 @@ impl CheckArgs {
             return Ok(());
         }
         Err(Error::invalid(
-            format!(
-                "{} is no project: it is checked under no environment",
-                file.display()
-            ),
+            format!("{} is no project: it is checked under no environment", file.display()),
             "Leave --environment out, or give the project's folder",
         ))
     }
@@ -163,9 +158,7 @@ impl CheckArgs {
             certificate.write(file)?;
         }
         let (faults, remarks) = (&certificate.faults, &certificate.remarks);
-        console.finish(&certificate, || {
-            lines(&certificate.sentence, faults, remarks)
-        })?;
+        console.finish(&certificate, || lines(&certificate.sentence, faults, remarks))?;
         self.conclude(&certificate.shot, faults, remarks)
     }
 
@@ -214,19 +207,12 @@ impl CheckArgs {
         let figures = LayersReport {
             file,
             found,
-            level: if found.is_exact() {
-                Level::Good
-            } else {
-                Level::Bad
-            },
+            level: if found.is_exact() { Level::Good } else { Level::Bad },
         };
         Console::new(self.output.json).finish(&figures, || found.file_sentence(file))?;
         if self.strict && !found.is_exact() {
             return Err(Error::invalid(
-                format!(
-                    "the light layers of {} do not give back its picture",
-                    file.display()
-                ),
+                format!("the light layers of {} do not give back its picture", file.display()),
                 "Export it again with its light layers, or check without --strict",
             ));
         }
@@ -245,21 +231,12 @@ struct LayersReport<'a> {
 
 /// A sentence, and a line for each fault and remark.
 fn lines(sentence: &str, faults: &[Fault], remarks: &[Remark]) -> String {
-    let faults = faults
-        .iter()
-        .map(|fault| format!("fault: {}", fault.sentence));
-    let remarks = remarks
-        .iter()
-        .map(|remark| format!("note: {}", remark.sentence));
-    let all: Vec<String> = [sentence.to_owned()]
-        .into_iter()
-        .chain(faults)
-        .chain(remarks)
-        .collect();
+    let faults = faults.iter().map(|fault| format!("fault: {}", fault.sentence));
+    let remarks = remarks.iter().map(|remark| format!("note: {}", remark.sentence));
+    let all: Vec<String> = [sentence.to_owned()].into_iter().chain(faults).chain(remarks).collect();
     all.join("\n")
 }
 
 fn has_ending(path: &Path, ending: &str) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
 }

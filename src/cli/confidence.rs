@@ -33,9 +33,6 @@ pub struct ConfidenceArgs {
 impl ConfidenceArgs {
     /// The job that was asked for.
     pub fn job(self) -> Job {
-        Job::Confidence {
-            project: self.project,
-            settings: self.settings,
-        }
+        Job::Confidence { project: self.project, settings: self.settings }
     }
 }

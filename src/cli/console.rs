@@ -47,12 +47,7 @@ impl Console {
         Self {
             json,
             control,
-            bar: Mutex::new(Bar {
-                stage: "",
-                bar,
-                terminal,
-                printed: Instant::now(),
-            }),
+            bar: Mutex::new(Bar { stage: "", bar, terminal, printed: Instant::now() }),
         }
     }
 
@@ -68,22 +63,14 @@ impl Console {
 
     fn show(&self, report: Report) {
         // A panic elsewhere while the bar was drawn must not hide this report's own cause.
-        let mut bar = self
-            .bar
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut bar = self.bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         match report {
             Report::Saved | Report::Training(_) => {}
             Report::Blocked(sentence) | Report::Say(sentence) => bar.bar.suspend(|| say(sentence)),
             Report::Advise { sentence, how } => {
                 bar.bar.suspend(|| say(format_args!("{sentence} ({how})")));
             }
-            Report::Step {
-                stage,
-                done,
-                total,
-                note,
-            } => bar.step(stage, done, total, note),
+            Report::Step { stage, done, total, note } => bar.step(stage, done, total, note),
         }
     }
 
@@ -138,11 +125,7 @@ impl Bar {
         if self.stage != stage {
             self.bar.finish();
             self.stage = stage;
-            self.bar = if self.terminal {
-                ProgressBar::new(total)
-            } else {
-                ProgressBar::hidden()
-            };
+            self.bar = if self.terminal { ProgressBar::new(total) } else { ProgressBar::hidden() };
             let template = "{msg:>22} {bar:30} {percent:>3} % · {elapsed} · {eta} left  {prefix}";
             if let Ok(style) = ProgressStyle::with_template(template) {
                 self.bar.set_style(style);

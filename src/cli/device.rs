@@ -49,11 +49,7 @@ impl MachineArgs {
             Error::io("find", "this program", e, remedy)
         })?;
         let console = Console::new(self.output.json);
-        let job = Job::Device {
-            program,
-            settings: self.settings,
-            known: None,
-        };
+        let job = Job::Device { program, settings: self.settings, known: None };
         let outcome = console.run(|progress| job.run(progress))?;
         console.finish(&outcome, || match &outcome {
             Outcome::Machine(report) => report.markdown(),

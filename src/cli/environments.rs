@@ -23,9 +23,6 @@ pub struct EnvironmentsArgs {
 impl EnvironmentsArgs {
     /// The job that was asked for.
     pub fn job(self) -> Job {
-        Job::Environments {
-            project: self.project,
-            change: self.change,
-        }
+        Job::Environments { project: self.project, change: self.change }
     }
 }

@@ -84,8 +84,7 @@ impl FarmTrainArgs {
         for rung in &self.rung {
             let mut settings = settings.clone();
             settings.fresh = true;
-            rung.split(',')
-                .try_for_each(|set| settings.config.set(set))?;
+            rung.split(',').try_for_each(|set| settings.config.set(set))?;
             let name = rung.clone();
             trainings.push(Training { name, settings });
         }
@@ -93,11 +92,7 @@ impl FarmTrainArgs {
             let name = String::new();
             trainings.push(Training { name, settings });
         }
-        Ok(Job::FarmTrain {
-            projects: self.projects,
-            trainings,
-            farm: self.farm,
-        })
+        Ok(Job::FarmTrain { projects: self.projects, trainings, farm: self.farm })
     }
 }
 
@@ -127,16 +122,10 @@ impl FarmChunkArgs {
     /// The job that was asked for.
     pub fn job(self) -> Job {
         match (self.frames, self.task) {
-            (None, task) => Job::FarmTask {
-                job: self.job,
-                task: task.unwrap_or_default(),
-            },
-            (Some(frames), _) => Job::FarmChunk {
-                job: self.job,
-                frames,
-                device: self.device,
-                shoot: self.shoot,
-            },
+            (None, task) => Job::FarmTask { job: self.job, task: task.unwrap_or_default() },
+            (Some(frames), _) => {
+                Job::FarmChunk { job: self.job, frames, device: self.device, shoot: self.shoot }
+            }
         }
     }
 }
@@ -157,9 +146,6 @@ pub struct FarmAssembleArgs {
 impl FarmAssembleArgs {
     /// The job that was asked for.
     pub fn job(self) -> Job {
-        Job::FarmAssemble {
-            job: self.job,
-            shoot: self.shoot,
-        }
+        Job::FarmAssemble { job: self.job, shoot: self.shoot }
     }
 }

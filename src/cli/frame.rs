@@ -23,9 +23,6 @@ pub struct FrameArgs {
 impl FrameArgs {
     /// The job that was asked for.
     pub fn job(self) -> Job {
-        Job::Frame {
-            project: self.project,
-            settings: self.settings,
-        }
+        Job::Frame { project: self.project, settings: self.settings }
     }
 }

@@ -25,9 +25,6 @@ pub struct MatteArgs {
 impl MatteArgs {
     /// The job that was asked for.
     pub fn job(self) -> Job {
-        Job::Matte {
-            project: self.project,
-            settings: self.settings,
-        }
+        Job::Matte { project: self.project, settings: self.settings }
     }
 }

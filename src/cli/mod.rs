@@ -240,13 +240,9 @@ impl Cli {
                 }
                 Ok(())
             }
-            Command::Stage(args) => do_job(
-                args.output,
-                Ok(Job::Stage {
-                    folder: args.dir,
-                    settings: args.settings,
-                }),
-            ),
+            Command::Stage(args) => {
+                do_job(args.output, Ok(Job::Stage { folder: args.dir, settings: args.settings }))
+            }
             Command::Import(args) => do_job(
                 args.output,
                 Ok(Job::Import {
@@ -261,10 +257,7 @@ impl Cli {
             Command::Probe(args) => do_job(args.output, Ok(args.job())),
             Command::Calibrate(args) => do_job(
                 args.output,
-                Ok(Job::Calibrate {
-                    project: args.project,
-                    settings: args.settings,
-                }),
+                Ok(Job::Calibrate { project: args.project, settings: args.settings }),
             ),
             Command::Check(args) => args.run(),
             Command::Train(args) => do_job(args.output, args.job()),
@@ -278,10 +271,7 @@ impl Cli {
             Command::FarmAssemble(args) => do_job(args.output, Ok(args.job())),
             Command::Evaluate(args) => do_job(
                 args.output,
-                Ok(Job::Evaluate {
-                    project: args.project,
-                    settings: args.settings,
-                }),
+                Ok(Job::Evaluate { project: args.project, settings: args.settings }),
             ),
             Command::Review(args) => do_job(args.output, Ok(args.job())),
             Command::Blind(args) => do_job(args.output, Ok(args.job())),
@@ -298,13 +288,9 @@ impl Cli {
                     device: args.device.device,
                 }),
             ),
-            Command::Pack(args) => do_job(
-                args.output,
-                Ok(Job::Pack {
-                    project: args.project,
-                    to: args.to,
-                }),
-            ),
+            Command::Pack(args) => {
+                do_job(args.output, Ok(Job::Pack { project: args.project, to: args.to }))
+            }
         }
     }
 }

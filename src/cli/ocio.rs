@@ -21,12 +21,7 @@ pub struct OcioArgs {
     #[arg(long = "ocio", value_name = "CONFIG", conflicts_with = "choose")]
     config: Option<PathBuf>,
     /// Use this configuration for the project from now on; `none` for none.
-    #[arg(
-        id = "choose",
-        long = "use",
-        value_name = "CONFIG",
-        requires = "project"
-    )]
+    #[arg(id = "choose", long = "use", value_name = "CONFIG", requires = "project")]
     choose: Option<PathBuf>,
     #[command(flatten)]
     output: OutputArgs,
@@ -55,17 +50,11 @@ impl OcioArgs {
             Some(root) => Project::open(root)?.color_config(),
             None => None,
         };
-        let choice = ColorChoice {
-            config: self.config,
-            ..ColorChoice::default()
-        };
+        let choice = ColorChoice { config: self.config, ..ColorChoice::default() };
         let names = choice.or_config(of_project).open()?.names();
         if names.displays.is_empty() && names.spaces.is_empty() {
             return Err(Error::invalid(
-                format!(
-                    "{} has neither displays nor colour spaces",
-                    names.config.display()
-                ),
+                format!("{} has neither displays nor colour spaces", names.config.display()),
                 "Choose another configuration",
             ));
         }

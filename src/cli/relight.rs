@@ -58,10 +58,7 @@ impl RelightArgs {
     /// # Errors
     /// When the keys cannot be read or are too large.
     pub fn job(self) -> Result<Job> {
-        Ok(Job::Relight {
-            project: self.project,
-            settings: Box::new(self.export.settings()?),
-        })
+        Ok(Job::Relight { project: self.project, settings: Box::new(self.export.settings()?) })
     }
 }
 
@@ -72,22 +69,15 @@ impl ExportArgs {
     /// When the keys cannot be read or are too large.
     pub fn settings(self) -> Result<RelightSettings> {
         let mut settings = self.settings;
-        let interpolation = if self.linear_keys {
-            Interpolation::Linear
-        } else {
-            Interpolation::Smooth
-        };
+        let interpolation =
+            if self.linear_keys { Interpolation::Linear } else { Interpolation::Smooth };
         settings.lighting.number_lights();
         if let Some(file) = &self.keys {
             settings.animation = read_keys(file)?;
         }
         for (setting, keys, base) in [
             (Setting::Yaw, self.yaw_keys, settings.yaw_deg),
-            (
-                Setting::Intensity,
-                self.intensity_keys,
-                settings.lighting.intensity_stops,
-            ),
+            (Setting::Intensity, self.intensity_keys, settings.lighting.intensity_stops),
         ] {
             if let Some(keys) = keys {
                 let mut keys = keys.plus(f64::from(base))?;

@@ -22,9 +22,6 @@ pub struct ReviewArgs {
 impl ReviewArgs {
     /// The job that was asked for.
     pub fn job(self) -> Job {
-        Job::Review {
-            project: self.project,
-            settings: self.settings,
-        }
+        Job::Review { project: self.project, settings: self.settings }
     }
 }

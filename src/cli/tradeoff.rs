@@ -41,14 +41,8 @@ impl TradeoffArgs {
     /// The job that was asked for.
     pub fn job(self) -> Job {
         match self.apply {
-            Some(rung) => Job::Apply {
-                project: self.project,
-                rung,
-            },
-            None => Job::Tradeoff {
-                project: self.project,
-                settings: Box::new(self.settings),
-            },
+            Some(rung) => Job::Apply { project: self.project, rung },
+            None => Job::Tradeoff { project: self.project, settings: Box::new(self.settings) },
         }
     }
 }

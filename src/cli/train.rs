@@ -81,9 +81,7 @@ impl TrainingArgs {
         config.features = self.features.clone();
         config.lamps_per_step = self.lamps_per_step;
         config.rendering_every = self.rendering_every;
-        self.set
-            .iter()
-            .try_for_each(|setting| config.set(setting))?;
+        self.set.iter().try_for_each(|setting| config.set(setting))?;
         Ok(config)
     }
 
@@ -92,10 +90,7 @@ impl TrainingArgs {
     /// # Errors
     /// When one of them cannot be.
     pub fn settings(self) -> Result<TrainSettings> {
-        Ok(TrainSettings {
-            config: self.config()?,
-            ..self.settings
-        })
+        Ok(TrainSettings { config: self.config()?, ..self.settings })
     }
 }
 
@@ -118,9 +113,6 @@ impl TrainArgs {
             let truth = Truth::open(&Project::open(&self.project)?, truth)?;
             settings.exclude_frames.extend(truth.frames);
         }
-        Ok(Job::Train {
-            project: self.project,
-            settings,
-        })
+        Ok(Job::Train { project: self.project, settings })
     }
 }

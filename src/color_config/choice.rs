@@ -22,12 +22,7 @@ pub struct ColorChoice {
     pub view: Option<String>,
     /// Looks of the OpenColorIO configuration, in place of the view's own: NAME, or several with commas between, each with + or
     /// - before it.
-    #[arg(
-        id = "ocio_look",
-        long = "ocio-look",
-        value_name = "LOOKS",
-        allow_hyphen_values = true
-    )]
+    #[arg(id = "ocio_look", long = "ocio-look", value_name = "LOOKS", allow_hyphen_values = true)]
     pub look: Option<String>,
     /// Write this colour space of the OpenColorIO configuration, or that of a role such as scene_linear.
     #[arg(id = "ocio_space", long = "ocio-space", value_name = "SPACE")]
@@ -104,19 +99,14 @@ impl ColorChoice {
         if let (Some(space), true) = (&self.space, self.display.is_some() || self.view.is_some()) {
             return Err(Error::invalid(
                 format!("a picture cannot be both in the colour space {space} and shown by a view"),
-                (
-                    "Leave one of both out",
-                    "--ocio-space, or --ocio-display and --ocio-view",
-                ),
+                ("Leave one of both out", "--ocio-space, or --ocio-display and --ocio-view"),
             ));
         }
         let config = self.open()?;
         let look = self.look.as_deref();
         match &self.space {
             Some(space) => config.to_space(space, look).map(Some),
-            None => config
-                .to_view(self.display.as_deref(), self.view.as_deref(), look)
-                .map(Some),
+            None => config.to_view(self.display.as_deref(), self.view.as_deref(), look).map(Some),
         }
     }
 }

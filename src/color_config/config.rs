@@ -25,9 +25,7 @@ pub struct ColorConfig {
 
 /// Whether a configuration is one that OpenColorIO itself holds.
 pub(super) fn is_built_in(config: &Path) -> bool {
-    config
-        .to_str()
-        .is_some_and(|name| name.starts_with("ocio://"))
+    config.to_str().is_some_and(|name| name.starts_with("ocio://"))
 }
 
 impl ColorConfig {
@@ -67,11 +65,7 @@ impl ColorConfig {
                 "Add the role aces_interchange to it, or the alias lin_rec709_scene to its linear Rec. 709",
             )
         })?;
-        Ok(Self {
-            path: path.to_path_buf(),
-            config,
-            working,
-        })
+        Ok(Self { path: path.to_path_buf(), config, working })
     }
 
     /// The file, or the name of a built-in one.
@@ -108,9 +102,7 @@ impl ColorConfig {
         };
         let known: Vec<&str> = display.views.iter().map(String::as_str).collect();
         let view = match view {
-            None => *known
-                .first()
-                .ok_or_else(|| self.lacks("view", "any", &[]))?,
+            None => *known.first().ok_or_else(|| self.lacks("view", "any", &[]))?,
             Some(view) => (known.iter())
                 .find(|known| known.eq_ignore_ascii_case(view))
                 .ok_or_else(|| self.lacks(&format!("view for {}", display.name), view, &known))?,
@@ -123,13 +115,8 @@ impl ColorConfig {
             ..DisplayViewTransform::default()
         };
         let steps = self.look(looks)?.into_iter().chain([shown.into()]);
-        let target = Target::View {
-            display: display.name.clone(),
-            view: view.to_owned(),
-        };
-        let of_display = self
-            .config
-            .display_view_color_space_name(&display.name, view);
+        let target = Target::View { display: display.name.clone(), view: view.to_owned() };
+        let of_display = self.config.display_view_color_space_name(&display.name, view);
         // A view of a display's own space is called by the display's name.
         let of_display = if of_display.eq_ignore_ascii_case("<USE_DISPLAY_NAME>") {
             &display.name
@@ -148,18 +135,11 @@ impl ColorConfig {
             let names = self.names();
             let spaces = names.spaces.iter().map(|space| &*space.name);
             let roles = names.roles.iter().map(|role| &*role.role);
-            self.lacks(
-                "colour space or role",
-                space,
-                &roles.chain(spaces).collect::<Vec<_>>(),
-            )
+            self.lacks("colour space or role", space, &roles.chain(spaces).collect::<Vec<_>>())
         })?;
         if found.is_data() {
             return Err(Error::invalid(
-                format!(
-                    "{space} of {} is for data, not for colours",
-                    self.path.display()
-                ),
+                format!("{space} of {} is for data, not for colours", self.path.display()),
                 "Choose another colour space",
             ));
         }
@@ -194,9 +174,8 @@ impl ColorConfig {
 
     /// Whether there are looks of these names.
     fn check_looks(&self, looks: &str) -> Result<()> {
-        let names = looks
-            .split([',', ':', '|'])
-            .map(|name| name.trim().trim_start_matches(['+', '-']));
+        let names =
+            looks.split([',', ':', '|']).map(|name| name.trim().trim_start_matches(['+', '-']));
         for name in names.map(str::trim).filter(|name| !name.is_empty()) {
             if self.config.look(name).is_none() {
                 let known = self.names().looks;
@@ -208,13 +187,8 @@ impl ColorConfig {
     }
 
     fn transform(&self, steps: Vec<Step>, target: Target, space: &str) -> Result<Transform> {
-        let steps = GroupTransform {
-            transforms: steps,
-            ..GroupTransform::default()
-        };
-        let processor = caught(&self.path, || {
-            self.working.processor(&self.config, &steps.into())
-        })?;
+        let steps = GroupTransform { transforms: steps, ..GroupTransform::default() };
+        let processor = caught(&self.path, || self.working.processor(&self.config, &steps.into()))?;
         let processor = processor.map_err(|e| Error::codec("use", &self.path, e, REMEDY))?;
         let interop_id =
             (self.config.get_color_space(space)).map(|space| space.interop_id().to_owned());
@@ -241,16 +215,10 @@ impl ColorConfig {
 /// A configuration's text.
 fn read(path: &Path) -> Result<String> {
     let fail = |e| Error::io("read", path, e, REMEDY);
-    if path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("ocioz"))
-    {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ocioz")) {
         return Err(Error::invalid(
             format!("{} is an archive", path.display()),
-            (
-                "Unpack it and name the config.ocio in it",
-                "ocioarchive --extract",
-            ),
+            ("Unpack it and name the config.ocio in it", "ocioarchive --extract"),
         ));
     }
     base::files::read_text(path, MOST_BYTES).map_err(fail)

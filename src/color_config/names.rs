@@ -70,10 +70,7 @@ impl ConfigNames {
             config: path.to_path_buf(),
             description: config.description().trim().to_owned(),
             displays: (displays.into_iter())
-                .map(|name| DisplayNames {
-                    views: views(&name),
-                    name,
-                })
+                .map(|name| DisplayNames { views: views(&name), name })
                 .collect(),
             looks: (0..config.num_looks())
                 .map(|i| config.look_name_by_index(i).to_owned())
@@ -91,30 +88,17 @@ impl ConfigNames {
 
     /// All in words.
     pub fn sentences(&self) -> String {
-        let mut lines = vec![format!(
-            "OpenColorIO configuration {}",
-            self.config.display()
-        )];
+        let mut lines = vec![format!("OpenColorIO configuration {}", self.config.display())];
         for display in &self.displays {
-            lines.push(format!(
-                "display {}: {}",
-                display.name,
-                display.views.join(", ")
-            ));
+            lines.push(format!("display {}: {}", display.name, display.views.join(", ")));
         }
         if !self.looks.is_empty() {
             lines.push(format!("looks: {}", self.looks.join(", ")));
         }
-        let roles = self
-            .roles
-            .iter()
-            .map(|role| format!("{} = {}", role.role, role.space));
+        let roles = self.roles.iter().map(|role| format!("{} = {}", role.role, role.space));
         lines.push(format!("roles: {}", roles.collect::<Vec<_>>().join(", ")));
         let spaces = self.spaces.iter().map(|space| &*space.name);
-        lines.push(format!(
-            "colour spaces: {}",
-            spaces.collect::<Vec<_>>().join(", ")
-        ));
+        lines.push(format!("colour spaces: {}", spaces.collect::<Vec<_>>().join(", ")));
         lines.push(format!("Afterlight's light is {} there", self.working));
         lines.join("\n")
     }

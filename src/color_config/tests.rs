@@ -20,14 +20,8 @@ fn own(folder: &Path, spaces: &str) -> PathBuf {
     let mut cube = "LUT_3D_SIZE 9\n".to_owned();
     for i in 0..729 {
         let [r, g, b] = [i % 9, i / 9 % 9, i / 81].map(|v| v as f32 / 8.0);
-        writeln!(
-            cube,
-            "{} {} {}",
-            r.powf(0.8),
-            0.9 * g + 0.1 * r * b,
-            b * b * (3.0 - 2.0 * b)
-        )
-        .unwrap();
+        writeln!(cube, "{} {} {}", r.powf(0.8), 0.9 * g + 0.1 * r * b, b * b * (3.0 - 2.0 * b))
+            .unwrap();
     }
     std::fs::write(luts.join("film.cube"), cube).unwrap();
     let mut curve = "Version 1\nFrom 0.0 1.0\nLength 64\nComponents 1\n{\n".to_owned();
@@ -98,12 +92,8 @@ const REC_709: &str = "  - !<ColorSpace>
 /// What a person's chart has: corners, greys, colours between, light below black and far above white.
 fn chart() -> Vec<[f32; 3]> {
     let steps = [-0.05, 0.0, 0.001, 0.02, 0.18, 0.5, 1.0, 4.0, 60.0];
-    let pairs = steps
-        .iter()
-        .flat_map(|&r| steps.iter().map(move |&g| (r, g)));
-    pairs
-        .flat_map(|(r, g)| steps.iter().map(move |&b| [r, g, b]))
-        .collect()
+    let pairs = steps.iter().flat_map(|&r| steps.iter().map(move |&g| (r, g)));
+    pairs.flat_map(|(r, g)| steps.iter().map(move |&b| [r, g, b])).collect()
 }
 
 /// A frame of the demo's interview in linear light, with a lamp in it.
@@ -112,11 +102,7 @@ fn frame() -> Image {
     let (width, height) = codes.0.size();
     Raster::from_fn(width / 3, height / 3, |x, y| {
         let light = codes.0.at(3 * x, 3 * y).map(linear_from_srgb);
-        if x < 8 && y < 8 {
-            light.map(|v| 100.0 * v)
-        } else {
-            light
-        }
+        if x < 8 && y < 8 { light.map(|v| 100.0 * v) } else { light }
     })
 }
 
@@ -124,11 +110,7 @@ fn frame() -> Image {
 fn theirs(python: &Path, pixels: &[[f32; 3]], arguments: &[&str]) -> Vec<[f32; 3]> {
     let folder = tempfile::tempdir().unwrap();
     let [from, to] = ["in.f32", "out.f32"].map(|name| folder.path().join(name));
-    let bytes: Vec<u8> = pixels
-        .iter()
-        .flatten()
-        .flat_map(|v| v.to_le_bytes())
-        .collect();
+    let bytes: Vec<u8> = pixels.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
     std::fs::write(&from, bytes).unwrap();
     let mut peer = Command::new(python);
     peer.arg(test_support::repository("tests/peers/ocio.py"));
@@ -146,11 +128,7 @@ fn apart(found: &[[f32; 3]], wanted: &[[f32; 3]]) -> f32 {
     let pairs = found.iter().flatten().zip(wanted.iter().flatten());
     pairs.fold(0.0, |most, (a, b)| {
         let off = (a - b).abs() / b.abs().max(1.0);
-        if off.is_nan() {
-            f32::INFINITY
-        } else {
-            most.max(off)
-        }
+        if off.is_nan() { f32::INFINITY } else { most.max(off) }
     })
 }
 
@@ -168,49 +146,29 @@ fn compare(python: &Path, path: &Path, pixels: &[[f32; 3]], looks: Option<&str>)
     };
     for display in &names.displays {
         for view in &display.views {
-            let transform = config
-                .to_view(Some(&display.name), Some(view), looks)
-                .unwrap();
+            let transform = config.to_view(Some(&display.name), Some(view), looks).unwrap();
             add(format!("{}\t{view}", display.name), transform);
         }
     }
-    for space in names
-        .spaces
-        .iter()
-        .filter(|space| !["numbers", "Raw"].contains(&&*space.name))
-    {
-        add(
-            space.name.clone(),
-            config.to_space(&space.name, looks).unwrap(),
-        );
+    for space in names.spaces.iter().filter(|space| !["numbers", "Raw"].contains(&&*space.name)) {
+        add(space.name.clone(), config.to_space(&space.name, looks).unwrap());
     }
     let source = match names.working.as_str() {
         // There by way of what configurations have in common.
-        "light"
-            if !std::fs::read_to_string(path)
-                .unwrap()
-                .contains("lin_rec709_scene") =>
-        {
-            ""
-        }
+        "light" if !std::fs::read_to_string(path).unwrap().contains("lin_rec709_scene") => "",
         name => name,
     };
     let mut arguments = vec![path.to_str().unwrap(), source, looks.unwrap_or_default()];
     arguments.extend(targets.iter().map(String::as_str));
     let wanted = theirs(python, pixels, &arguments);
-    for (target, (found, wanted)) in targets
-        .iter()
-        .zip(found.chunks(pixels.len()).zip(wanted.chunks(pixels.len())))
+    for (target, (found, wanted)) in
+        targets.iter().zip(found.chunks(pixels.len()).zip(wanted.chunks(pixels.len())))
     {
         let off = apart(found, wanted);
         assert!(off < 1e-4, "{} {target}: {off}", path.display());
     }
     let most = apart(&found, &wanted);
-    println!(
-        "{}: {} targets within {most:.1e}",
-        path.display(),
-        targets.len()
-    );
+    println!("{}: {} targets within {most:.1e}", path.display(), targets.len());
     most
 }
 
@@ -265,23 +223,15 @@ fn a_view_of_aces_2_is_looked_through_within_a_code_of_8_bits_and_one_with_corne
         let config = ColorConfig::open(path).unwrap();
         for display in &config.names().displays {
             for name in &display.views {
-                let view = config
-                    .to_view(Some(&display.name), Some(name), None)
-                    .unwrap();
+                let view = config.to_view(Some(&display.name), Some(name), None).unwrap();
                 let [of_frame, of_chart] = [&frames, &pure].map(|light| table_error(&view, light));
-                println!(
-                    "{} {name}: frame {of_frame:.2?}, chart {of_chart:.2?}",
-                    display.name
-                );
+                println!("{} {name}: frame {of_frame:.2?}, chart {of_chart:.2?}", display.name);
                 // ACES 1.0 clips before its displays' powers, and tables have corners: within a cell near black more is lost.
                 let (mean, most) = match path == Path::new(BUILT_IN[0]) {
                     true => (0.25, 1.0),
                     false => (0.4, 3.0),
                 };
-                assert!(
-                    of_frame[0] < mean && of_frame[1] < most,
-                    "{name}: {of_frame:?}"
-                );
+                assert!(of_frame[0] < mean && of_frame[1] < most, "{name}: {of_frame:?}");
                 assert!(of_chart[0] < 0.5, "{name}: {of_chart:?}");
             }
         }
@@ -292,48 +242,18 @@ fn a_view_of_aces_2_is_looked_through_within_a_code_of_8_bits_and_one_with_corne
 fn a_configuration_says_what_can_be_chosen() {
     let config = ColorConfig::open(Path::new("ocio://default")).unwrap();
     let names = config.names();
-    let display = names
-        .displays
-        .iter()
-        .find(|display| display.name == "sRGB - Display")
-        .unwrap();
-    assert!(
-        display
-            .views
-            .iter()
-            .any(|view| view.starts_with("ACES 2.0")),
-        "{display:?}"
-    );
-    let role = names
-        .roles
-        .iter()
-        .find(|role| role.role == "scene_linear")
-        .unwrap();
+    let display = names.displays.iter().find(|display| display.name == "sRGB - Display").unwrap();
+    assert!(display.views.iter().any(|view| view.starts_with("ACES 2.0")), "{display:?}");
+    let role = names.roles.iter().find(|role| role.role == "scene_linear").unwrap();
     assert_eq!(role.space, "ACEScg");
     assert_eq!(names.working, "Linear Rec.709 (sRGB)");
-    assert!(
-        names
-            .spaces
-            .iter()
-            .any(|space| space.name == "ACEScg" && space.is_scene_linear)
-    );
+    assert!(names.spaces.iter().any(|space| space.name == "ACEScg" && space.is_scene_linear));
     let folder = tempfile::tempdir().unwrap();
-    let own = ColorConfig::open(&own(folder.path(), ACES_CG))
-        .unwrap()
-        .names();
-    assert_eq!(
-        (&*own.displays[0].name, &*own.displays[0].views[0]),
-        ("Monitor", "Film")
-    );
-    assert_eq!(
-        (own.looks, &*own.working),
-        (vec!["warm".to_owned(), "cool".to_owned()], "light")
-    );
+    let own = ColorConfig::open(&own(folder.path(), ACES_CG)).unwrap().names();
+    assert_eq!((&*own.displays[0].name, &*own.displays[0].views[0]), ("Monitor", "Film"));
+    assert_eq!((own.looks, &*own.working), (vec!["warm".to_owned(), "cool".to_owned()], "light"));
     let words = names.sentences();
-    assert!(
-        words.contains("scene_linear = ACEScg") && words.contains("sRGB - Display"),
-        "{words}"
-    );
+    assert!(words.contains("scene_linear = ACEScg") && words.contains("sRGB - Display"), "{words}");
 }
 
 #[test]
@@ -360,18 +280,12 @@ fn a_configuration_that_is_long_and_says_and_often_is_read() {
 fn a_role_brings_our_light_to_its_space() {
     let folder = tempfile::tempdir().unwrap();
     for path in [PathBuf::from(BUILT_IN[0]), own(folder.path(), ACES_CG)] {
-        let space = ColorConfig::open(&path)
-            .unwrap()
-            .to_space("scene_linear", None)
-            .unwrap();
+        let space = ColorConfig::open(&path).unwrap().to_space("scene_linear", None).unwrap();
         assert_eq!(space.known_space(), Some(ColorSpace::AcesCg));
         let matrix = ColorSpace::Rec709.matrix_to(ColorSpace::AcesCg);
         let mut pixels = chart();
         space.apply(&mut pixels);
-        let wanted: Vec<_> = chart()
-            .iter()
-            .map(|rgb| transformed(&matrix, *rgb))
-            .collect();
+        let wanted: Vec<_> = chart().iter().map(|rgb| transformed(&matrix, *rgb)).collect();
         assert!(apart(&pixels, &wanted) < 1e-4);
     }
     let path = own(folder.path(), REC_709);
@@ -387,14 +301,8 @@ fn a_role_brings_our_light_to_its_space() {
         "Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n1\n}\n",
     )
     .unwrap();
-    let other = ColorConfig::open(&path)
-        .unwrap()
-        .to_view(None, Some("Print"), None)
-        .unwrap();
-    assert!(
-        other.identity() != views[1].identity(),
-        "a table has changed"
-    );
+    let other = ColorConfig::open(&path).unwrap().to_view(None, Some("Print"), None).unwrap();
+    assert!(other.identity() != views[1].identity(), "a table has changed");
 }
 
 #[test]
@@ -404,10 +312,7 @@ fn hostile_light_has_codes() {
     for value in [f32::NAN, f32::NEG_INFINITY, -1.0, 0.0, 1e30, f32::INFINITY] {
         let codes = view.encoded(&Image::filled(3, 2, [value, 0.5, 0.0]));
         let all = codes.0.pixels.iter().flatten();
-        assert!(
-            all.into_iter().all(|code| (0.0..=1.0).contains(code)),
-            "{value}: {codes:?}"
-        );
+        assert!(all.into_iter().all(|code| (0.0..=1.0).contains(code)), "{value}: {codes:?}");
     }
 }
 
@@ -419,21 +324,9 @@ fn without_a_choice_there_is_no_transform() {
     let config = Some(PathBuf::from("gone.ocio"));
     let named = ColorChoice { config, ..none };
     assert_eq!(named.transform().unwrap(), None);
-    let asked = ColorChoice {
-        view: Some("Film".to_owned()),
-        ..named
-    };
-    assert!(
-        asked
-            .transform()
-            .unwrap_err()
-            .to_string()
-            .contains("gone.ocio")
-    );
-    let both = ColorChoice {
-        space: Some("scene_linear".to_owned()),
-        ..asked
-    };
+    let asked = ColorChoice { view: Some("Film".to_owned()), ..named };
+    assert!(asked.transform().unwrap_err().to_string().contains("gone.ocio"));
+    let both = ColorChoice { space: Some("scene_linear".to_owned()), ..asked };
     assert!(both.transform().unwrap_err().to_string().contains("both"));
 }
 
@@ -462,19 +355,12 @@ fn what_is_no_configuration_is_refused_with_a_sentence() {
         "[".repeat(100_000),
         "{a: ".repeat(100_000),
         "- ".repeat(100_000),
-        (0..2000)
-            .map(|i| format!("{}a:\n", " ".repeat(i)))
-            .collect(),
+        (0..2000).map(|i| format!("{}a:\n", " ".repeat(i))).collect(),
         "a: &a [x]\n".repeat(100),
         "&".repeat(4 << 20),
         // Each list is nine of the one before.
         (0..20)
-            .map(|i| {
-                format!(
-                    "k{i}: &a{i} [{}]\n",
-                    format!("*a{}, ", i.max(1) - 1).repeat(9)
-                )
-            })
+            .map(|i| format!("k{i}: &a{i} [{}]\n", format!("*a{}, ", i.max(1) - 1).repeat(9)))
             .collect(),
         changed("ocio_profile_version: 2.1", "ocio_profile_version: 99"),
         changed("ocio_profile_version: 2.1", ""),
@@ -489,10 +375,7 @@ fn what_is_no_configuration_is_refused_with_a_sentence() {
         std::fs::write(&broken, text).unwrap();
         refused(&broken);
     }
-    std::fs::File::create(&broken)
-        .unwrap()
-        .set_len(1 << 40)
-        .unwrap();
+    std::fs::File::create(&broken).unwrap().set_len(1 << 40).unwrap();
     refused(&broken);
 
     let config = ColorConfig::open(&plain).unwrap();
@@ -516,16 +399,8 @@ fn what_is_no_configuration_is_refused_with_a_sentence() {
     view().unwrap_err();
     std::fs::write(&film, "LUT_3D_SIZE 4000\n0 0 0\n").unwrap();
     view().unwrap_err();
-    std::fs::File::create(&film)
-        .unwrap()
-        .set_len(1 << 40)
-        .unwrap();
-    assert!(
-        view()
-            .unwrap_err()
-            .to_string()
-            .contains("1099511627776 bytes")
-    );
+    std::fs::File::create(&film).unwrap().set_len(1 << 40).unwrap();
+    assert!(view().unwrap_err().to_string().contains("1099511627776 bytes"));
     #[cfg(unix)]
     {
         std::fs::remove_file(&film).unwrap();

@@ -84,29 +84,13 @@ impl Transform {
 
     /// The space of ours that it goes to, if it is one.
     pub fn known_space(&self) -> Option<ColorSpace> {
-        if !matches!(
-            self.target,
-            Target::Space {
-                is_linear: true,
-                ..
-            }
-        ) {
+        if !matches!(self.target, Target::Space { is_linear: true, .. }) {
             return None;
         }
-        let probes = [
-            [1.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0],
-            [0.0, 0.0, 1.0],
-            [2.0, 4.0, 8.0],
-        ];
+        let probes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [2.0, 4.0, 8.0]];
         let mut found = probes;
         self.apply(&mut found);
-        let all = [
-            ColorSpace::Rec709,
-            ColorSpace::P3D65,
-            ColorSpace::Rec2020,
-            ColorSpace::AcesCg,
-        ];
+        let all = [ColorSpace::Rec709, ColorSpace::P3D65, ColorSpace::Rec2020, ColorSpace::AcesCg];
         all.into_iter().find(|space| {
             let matrix = ColorSpace::Rec709.matrix_to(*space);
             (probes.iter().zip(&found)).all(|(probe, found)| {

@@ -23,10 +23,7 @@ const LONGEST_NAME: usize = 64;
 pub(super) fn caught<T>(path: &Path, act: impl FnOnce() -> T) -> Result<T> {
     catch_unwind(AssertUnwindSafe(act)).map_err(|_| {
         Error::invalid(
-            format!(
-                "{} has something in it that cannot be understood",
-                path.display()
-            ),
+            format!("{} has something in it that cannot be understood", path.display()),
             REMEDY,
         )
     })
@@ -38,10 +35,7 @@ pub(super) fn caught<T>(path: &Path, act: impl FnOnce() -> T) -> Result<T> {
 /// Then.
 pub(super) fn check_text<'a>(path: &Path, text: &'a str) -> Result<()> {
     let wrong = |problem: &str| {
-        Error::invalid(
-            format!("{} is no configuration: {problem}", path.display()),
-            REMEDY,
-        )
+        Error::invalid(format!("{} is no configuration: {problem}", path.display()), REMEDY)
     };
     let mut open = 0usize;
     let (mut anchors, mut aliases) = (HashSet::new(), 0);

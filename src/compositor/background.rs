@@ -19,11 +19,7 @@ const SHADER: Shader = Shader::new("background", include_str!("../../shaders/bac
 pub(crate) const BACKGROUND: Descriptor = Descriptor {
     fixed: |scene| (scene.background == Background::None).then_some(NO_BACKGROUND),
     settings: |context| {
-        let Backdrop {
-            yaw_deg,
-            tilt,
-            level,
-        } = Backdrop::of(context.scene, 1.0);
+        let Backdrop { yaw_deg, tilt, level } = Backdrop::of(context.scene, 1.0);
         let turn = (yaw_deg.to_bits(), tilt.to_array().map(f32::to_bits));
         let level = level.map(f32::to_bits);
         key((turn, level, draws_whole(&context.effects)))
@@ -53,9 +49,7 @@ pub struct CameraView {
 
 impl Default for CameraView {
     fn default() -> Self {
-        Self {
-            vertical_fov_deg: 40.0,
-        }
+        Self { vertical_fov_deg: 40.0 }
     }
 }
 
@@ -145,9 +139,8 @@ impl Lattice {
         let (width, height) = mask.size();
         // One beyond the last pixel.
         let [columns, rows] = [width, height].map(|length| (length - 1) / step + 2);
-        let along: Vec<Taps> = (0..width)
-            .map(|x| Taps::at(x as f32 / step as f32, columns))
-            .collect();
+        let along: Vec<Taps> =
+            (0..width).map(|x| Taps::at(x as f32 / step as f32, columns)).collect();
         // A cubic looks two points to each side.
         let around = |i: usize, length: usize| {
             let [first, end] = [(i * step).saturating_sub(2 * step), (i + 2) * step];
@@ -295,13 +288,8 @@ fn spline(panorama: &Image, u: f32, v: f32) -> [f32; 3] {
 /// Weights of four texels for a point `f` ∈ [0, 1) beyond the second one. They add up to 1.
 fn weights(f: f32) -> [f32; 4] {
     let g = 1.0 - f;
-    [
-        g * g * g,
-        4.0 - 3.0 * f * f * (2.0 - f),
-        4.0 - 3.0 * g * g * (2.0 - g),
-        f * f * f,
-    ]
-    .map(|w| w / 6.0)
+    [g * g * g, 4.0 - 3.0 * f * f * (2.0 - f), 4.0 - 3.0 * g * g * (2.0 - g), f * f * f]
+        .map(|w| w / 6.0)
 }
 
 #[cfg(test)]
@@ -316,14 +304,8 @@ mod tests {
             &mut picture,
             &mask,
             panorama,
-            &Backdrop {
-                yaw_deg,
-                tilt: Quat::IDENTITY,
-                level: [1.0; 3],
-            },
-            CameraView {
-                vertical_fov_deg: fov,
-            },
+            &Backdrop { yaw_deg, tilt: Quat::IDENTITY, level: [1.0; 3] },
+            CameraView { vertical_fov_deg: fov },
         );
         picture
     }
@@ -340,25 +322,21 @@ mod tests {
     }
 
     fn spot(width: usize, height: usize, column: usize, row: usize) -> Image {
-        Raster::from_fn(width, height, |x, y| {
-            if (x, y) == (column, row) {
-                [1e6; 3]
-            } else {
-                [0.0; 3]
-            }
-        })
+        Raster::from_fn(
+            width,
+            height,
+            |x, y| {
+                if (x, y) == (column, row) { [1e6; 3] } else { [0.0; 3] }
+            },
+        )
     }
 
     #[test]
     fn an_even_world_stays_even() {
         for size in [(1, 1), (2, 1), (16, 8), (257, 129)] {
             for fov in [6.0, 40.0, 170.0] {
-                let picture = seen(
-                    &Image::filled(size.0, size.1, [0.5, 1.0, 2.0]),
-                    (31, 17),
-                    33.0,
-                    fov,
-                );
+                let picture =
+                    seen(&Image::filled(size.0, size.1, [0.5, 1.0, 2.0]), (31, 17), 33.0, fov);
                 assert!(
                     picture
                         .pixels
@@ -376,10 +354,7 @@ mod tests {
         assert!(x.abs() < 0.05 && y.abs() < 0.05, "({x}, {y})");
         let half_picture = 32.5 / 30f32.to_radians().tan();
         let (x, _) = centroid(&seen(&panorama, (65, 65), 10.0, 60.0));
-        assert!(
-            (x - half_picture * 10f32.to_radians().tan()).abs() < 0.5,
-            "{x}"
-        );
+        assert!((x - half_picture * 10f32.to_radians().tan()).abs() < 0.5, "{x}");
         let (_, y) = centroid(&seen(&spot(65, 33, 32, 14), (65, 65), 0.0, 60.0));
         assert!(y < -2.0, "a texel above the horizon is at {y}");
     }
@@ -389,11 +364,8 @@ mod tests {
         let panorama = spot(64, 32, 33, 15);
         let (width, height) = (300, 301);
         let mask = Mask::from_fn(width, height, |x, y| if x + y < 150 { 1.0 } else { 0.0 });
-        let backdrop = Backdrop {
-            yaw_deg: 7.0,
-            tilt: Quat::from_rotation_x(0.1),
-            level: [1e-6, 2e-6, 3e-6],
-        };
+        let backdrop =
+            Backdrop { yaw_deg: 7.0, tilt: Quat::from_rotation_x(0.1), level: [1e-6, 2e-6, 3e-6] };
         let view = CameraView::default();
         let sampling = Sampling::of(height, 32, 7.0, view);
         assert_eq!((sampling.samples, sampling.step), (1, 8));
@@ -431,18 +403,9 @@ mod tests {
         let panorama = Raster::from_fn(64, 32, |x, _| if x < 32 { [0.0; 3] } else { [1.0; 3] });
         let picture = seen(&panorama, (512, 1), 0.0, 0.1);
         let row: Vec<f32> = picture.pixels.iter().map(|p| p[0]).collect();
-        let slope = row
-            .windows(2)
-            .map(|w| (w[1] - w[0]).abs())
-            .fold(0.0, f32::max);
-        let bend = row
-            .windows(3)
-            .map(|w| (w[2] - 2.0 * w[1] + w[0]).abs())
-            .fold(0.0, f32::max);
-        assert!(
-            slope > 0.0 && bend < 0.1 * slope,
-            "slope {slope}, bend {bend}"
-        );
+        let slope = row.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
+        let bend = row.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f32::max);
+        assert!(slope > 0.0 && bend < 0.1 * slope, "slope {slope}, bend {bend}");
     }
 
     #[test]

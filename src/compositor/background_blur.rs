@@ -11,10 +11,8 @@ use rayon::prelude::*;
 use reflectance::kernels::chunks::vectorized;
 use scene::Pass;
 
-const SHADER: Shader = Shader::new(
-    "background_blur",
-    include_str!("../../shaders/background_blur.wgsl"),
-);
+const SHADER: Shader =
+    Shader::new("background_blur", include_str!("../../shaders/background_blur.wgsl"));
 
 pub(crate) const BACKGROUND_BLUR: Descriptor = Descriptor {
     fixed: needs_background,
@@ -24,9 +22,7 @@ pub(crate) const BACKGROUND_BLUR: Descriptor = Descriptor {
         context.asked(Pass::BackgroundBlur)?;
         context.behind()?;
         let percent = 100.0 * context.effects.background_blur;
-        Ok(format!(
-            "blurred by a disc with a radius of {percent:.1} % of the picture's height"
-        ))
+        Ok(format!("blurred by a disc with a radius of {percent:.1} % of the picture's height"))
     })
 };
 
@@ -68,9 +64,7 @@ pub fn background_blur(picture: &mut Image, radius: f32) {
     }
     let blurred = defocused(rgba(picture, |_, [r, g, b]| [r, g, b, 1.0]), radius);
     let pairs = picture.pixels.par_iter_mut().zip(&blurred.pixels);
-    pairs
-        .with_min_len(4096)
-        .for_each(|(pixel, &[r, g, b, _])| *pixel = [r, g, b]);
+    pairs.with_min_len(4096).for_each(|(pixel, &[r, g, b, _])| *pixel = [r, g, b]);
 }
 
 /// Four values a pixel, blurred by a disc of `radius` pixels.
@@ -144,11 +138,7 @@ fn disc<T: Send>(
         );
         sums.into_iter().map(&done)
     });
-    Raster {
-        width,
-        height,
-        pixels: lines.collect(),
-    }
+    Raster { width, height, pixels: lines.collect() }
 }
 
 /// A row of sums over taps, each of which names where its first pixel is in `rows`. A few pixels at a time,
@@ -159,11 +149,7 @@ fn weigh(rows: &[[f32; 4]], taps: &[(usize, f32)], out: &mut [[f32; 4]]) {
         let mut sums = [[0f32; 4]; BLOCK];
         for &(start, weight) in taps {
             let source = rows[start + block * BLOCK..].first_chunk().unwrap_or(&ZERO);
-            for (sum, value) in sums
-                .as_flattened_mut()
-                .iter_mut()
-                .zip(source.as_flattened())
-            {
+            for (sum, value) in sums.as_flattened_mut().iter_mut().zip(source.as_flattened()) {
                 *sum += weight * value;
             }
         }
@@ -184,10 +170,8 @@ fn disc_taps(radius: f32) -> Vec<(isize, isize, f32)> {
         (radius + 0.5 - distance).clamp(0.0, 1.0)
     };
     let square = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
-    let mut taps: Vec<_> = square
-        .map(|(dx, dy)| (dx, dy, cover(dx, dy)))
-        .filter(|tap| tap.2 > 0.0)
-        .collect();
+    let mut taps: Vec<_> =
+        square.map(|(dx, dy)| (dx, dy, cover(dx, dy))).filter(|tap| tap.2 > 0.0).collect();
     let total: f32 = taps.iter().map(|tap| tap.2).sum();
     taps.iter_mut().for_each(|tap| tap.2 /= total);
     taps
@@ -202,9 +186,7 @@ mod tests {
     }
 
     fn lamp(width: usize, height: usize, at: (usize, usize)) -> Image {
-        Image::from_fn(width, height, |x, y| {
-            [if (x, y) == at { 1e6 } else { 0.1 }; 3]
-        })
+        Image::from_fn(width, height, |x, y| [if (x, y) == at { 1e6 } else { 0.1 }; 3])
     }
 
     #[test]
@@ -215,10 +197,7 @@ mod tests {
                 let mut blurred = sharp.clone();
                 background_blur(&mut blurred, radius);
                 let change = sum(&blurred) / sum(&sharp) - 1.0;
-                assert!(
-                    change.abs() < 1e-5,
-                    "{width} × {height}, {radius}: {change}"
-                );
+                assert!(change.abs() < 1e-5, "{width} × {height}, {radius}: {change}");
             }
         }
     }

@@ -27,11 +27,7 @@ impl Set {
     pub fn new(size: usize) -> Self {
         let mask = disc(size);
         let olats: Vec<Image> = (1..4)
-            .map(|l| {
-                Raster::from_fn(size, size, |x, y| {
-                    [mask.at(x, y) * (x + l) as f32 / 40.0; 3]
-                })
-            })
+            .map(|l| Raster::from_fn(size, size, |x, y| [mask.at(x, y) * (x + l) as f32 / 40.0; 3]))
             .collect();
         Self {
             field: ReflectanceField::from_olats(&olats).into(),
@@ -65,21 +61,12 @@ impl Set {
 impl Picture {
     /// The linear light of a picture that has it.
     pub fn light(&self) -> &Image {
-        self.linear
-            .as_ref()
-            .expect("this picture has its linear light")
+        self.linear.as_ref().expect("this picture has its linear light")
     }
 }
 
 pub fn scene(background: Background, output: Output, exposure_stops: f32) -> Scene {
-    Scene {
-        frame: 0,
-        yaw_deg: 20.0,
-        exposure_stops,
-        background,
-        output,
-        ..Scene::default()
-    }
+    Scene { frame: 0, yaw_deg: 20.0, exposure_stops, background, output, ..Scene::default() }
 }
 
 pub fn largest_difference(a: &Image, b: &Image) -> f32 {
@@ -123,35 +110,18 @@ fn an_edge_in_front_of_its_own_colour_cannot_be_seen() {
     // Subject and world both have radiance 1: any fringe would be another value.
     let mut set = Set::new(32);
     for premultiplied in [true, false] {
-        let light = set.mask.map(|a| {
-            if premultiplied {
-                [a; 3]
-            } else {
-                [f32::from(u8::from(a > 0.0)); 3]
-            }
-        });
+        let light = set
+            .mask
+            .map(|a| if premultiplied { [a; 3] } else { [f32::from(u8::from(a > 0.0)); 3] });
         set.field = ReflectanceField::from_olats(&[light]).into();
         set.weights.per_lamp = vec![[1.0; 3]];
         set.environment.radiance = Image::filled(8, 4, [1.0; 3]);
-        let picture = compose(
-            &scene(Background::Environment, Output::Linear, 0.0),
-            &set.ingredients(),
-        )
-        .unwrap();
+        let picture =
+            compose(&scene(Background::Environment, Output::Linear, 0.0), &set.ingredients())
+                .unwrap();
         // A pixel that counts as solid may be dark by what it lacks, once as shot and once as laid.
-        let bound = if premultiplied {
-            2.0 * (1.0 - SOLID)
-        } else {
-            1e-5
-        };
-        assert!(
-            picture
-                .light()
-                .pixels
-                .iter()
-                .flatten()
-                .all(|v| (v - 1.0).abs() <= bound)
-        );
+        let bound = if premultiplied { 2.0 * (1.0 - SOLID) } else { 1e-5 };
+        assert!(picture.light().pixels.iter().flatten().all(|v| (v - 1.0).abs() <= bound));
         assert!(picture.display.is_none());
     }
 }
@@ -159,11 +129,8 @@ fn an_edge_in_front_of_its_own_colour_cannot_be_seen() {
 #[test]
 fn a_cut_out_is_premultiplied_and_keeps_the_matte() {
     let set = Set::new(32);
-    let picture = compose(
-        &scene(Background::None, Output::Linear, 0.0),
-        &set.ingredients(),
-    )
-    .unwrap();
+    let picture =
+        compose(&scene(Background::None, Output::Linear, 0.0), &set.ingredients()).unwrap();
     assert_eq!(picture.alpha, set.mask);
     for (pixel, alpha) in picture.light().pixels.iter().zip(&set.mask.pixels) {
         assert!(*alpha > 0.0 || *pixel == [0.0; 3]);
@@ -174,10 +141,7 @@ fn a_cut_out_is_premultiplied_and_keeps_the_matte() {
 fn a_turn_and_a_whole_turn_more_give_one_picture() {
     let set = Set::new(16);
     let at = |yaw_deg| {
-        let scene = Scene {
-            yaw_deg,
-            ..scene(Background::Environment, Output::Display, 0.0)
-        };
+        let scene = Scene { yaw_deg, ..scene(Background::Environment, Output::Display, 0.0) };
         compose(&scene, &set.ingredients()).unwrap().light().clone()
     };
     assert_eq!(at(33.0), at(393.0));
@@ -198,19 +162,10 @@ fn hard_inputs_give_finite_pictures() {
                 field.values[0] = f32::NAN;
             }
             for output in [Output::Display, Output::Linear] {
-                let picture = compose(
-                    &scene(Background::Environment, output, 2.0),
-                    &set.ingredients(),
-                )
-                .unwrap();
-                assert!(
-                    picture
-                        .light()
-                        .pixels
-                        .iter()
-                        .flatten()
-                        .all(|v| v.is_finite())
-                );
+                let picture =
+                    compose(&scene(Background::Environment, output, 2.0), &set.ingredients())
+                        .unwrap();
+                assert!(picture.light().pixels.iter().flatten().all(|v| v.is_finite()));
             }
         }
     }
@@ -223,11 +178,8 @@ fn hard_inputs_give_finite_pictures() {
 fn no_light_leaves_the_subject_black_and_says_why() {
     let mut set = Set::new(16);
     set.weights.per_lamp = vec![[0.0; 3]; 3];
-    let picture = compose(
-        &scene(Background::None, Output::Display, 0.0),
-        &set.ingredients(),
-    )
-    .unwrap();
+    let picture =
+        compose(&scene(Background::None, Output::Display, 0.0), &set.ingredients()).unwrap();
     assert!(picture.light().pixels.iter().all(|&p| p == [0.0; 3]));
     let relight = picture.passes.iter().find(|p| p.name == "relight").unwrap();
     assert!(!relight.ran && relight.ms == Some(0.0) && relight.reason.contains("no lamp"));
@@ -238,27 +190,11 @@ fn what_does_not_fit_is_refused() {
     let mut set = Set::new(16);
     set.weights.per_lamp.pop();
     let scene = scene(Background::None, Output::Linear, 0.0);
-    assert!(
-        compose(&scene, &set.ingredients())
-            .unwrap_err()
-            .to_string()
-            .contains("weights for 2")
-    );
+    assert!(compose(&scene, &set.ingredients()).unwrap_err().to_string().contains("weights for 2"));
     let mut set = Set::new(16);
     set.mask = Mask::filled(8, 16, 1.0);
     assert!(compose(&scene, &set.ingredients()).is_err());
     let set = Set::new(16);
-    let view = CameraView {
-        vertical_fov_deg: f32::NAN,
-    };
-    assert!(
-        compose(
-            &scene,
-            &Ingredients {
-                view,
-                ..set.ingredients()
-            }
-        )
-        .is_err()
-    );
+    let view = CameraView { vertical_fov_deg: f32::NAN };
+    assert!(compose(&scene, &Ingredients { view, ..set.ingredients() }).is_err());
 }

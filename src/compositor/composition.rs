@@ -92,11 +92,7 @@ impl<'a, B: Backend> Composition<'a, B> {
             },
             behind: None,
             laid: false,
-            alpha: if is_cut_out(scene) {
-                matte.clone()
-            } else {
-                Mask::filled(width, height, 1.0)
-            },
+            alpha: if is_cut_out(scene) { matte.clone() } else { Mask::filled(width, height, 1.0) },
             display: None,
             guide: None,
             steady: None,
@@ -170,8 +166,7 @@ impl<'a, B: Backend> Composition<'a, B> {
             Pass::Despill => {
                 if let (Some(guide), Some(spill)) = (&self.guide, self.facts.spill) {
                     let amount = self.effects.despill;
-                    self.backend
-                        .despill(&mut self.linear, guide, spill.screen, amount)?;
+                    self.backend.despill(&mut self.linear, guide, spill.screen, amount)?;
                 }
             }
             Pass::Background => {
@@ -249,14 +244,9 @@ impl<'a, B: Backend> Composition<'a, B> {
         if self.found(Pass::BackgroundBlur, key).is_some() {
             return Ok(true);
         }
-        let context = PassContext {
-            scene: self.scene,
-            effects: self.effects,
-            facts: &self.facts,
-        };
+        let context = PassContext { scene: self.scene, effects: self.effects, facts: &self.facts };
         if let Some(behind) = &mut self.behind {
-            self.backend
-                .light(&background_blur::STEP, &context, behind)?;
+            self.backend.light(&background_blur::STEP, &context, behind)?;
         }
         Ok(false)
     }
@@ -293,11 +283,7 @@ impl<'a, B: Backend> Composition<'a, B> {
             self.linear = linear;
             return Ok(true);
         }
-        let context = PassContext {
-            scene: self.scene,
-            effects: self.effects,
-            facts: &self.facts,
-        };
+        let context = PassContext { scene: self.scene, effects: self.effects, facts: &self.facts };
         match (run, &mut self.display) {
             (Run::Light(step), _) => {
                 self.backend.light(&step, &context, &mut self.linear)?;
@@ -329,8 +315,7 @@ impl<'a, B: Backend> Composition<'a, B> {
         let opaque = !is_cut_out(self.scene) || self.facts.open_share == 0.0;
         let needs_linear = self.scene.output == Output::Linear || !opaque;
         let (finished, own) =
-            self.backend
-                .finish(self.linear, self.display, needs_linear, may_stay)?;
+            self.backend.finish(self.linear, self.display, needs_linear, may_stay)?;
         if let Some(reuse) = self.reuse {
             B::cache(reuse).own = own;
         }

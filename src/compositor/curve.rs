@@ -20,9 +20,7 @@ impl Curve {
         let [first, last] = [DARKEST, BRIGHTEST].map(|e| (e as f32).exp2().to_bits() >> DROPPED);
         Self {
             at_zero: curve(0.0),
-            values: (first..=last + 1)
-                .map(|i| curve(f32::from_bits(i << DROPPED)))
-                .collect(),
+            values: (first..=last + 1).map(|i| curve(f32::from_bits(i << DROPPED))).collect(),
         }
     }
 

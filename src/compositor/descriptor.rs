@@ -127,11 +127,7 @@ pub(crate) struct PassContext<'a> {
 impl PassContext<'_> {
     /// Refuses a pass that the scene does not ask for by its strength.
     pub fn asked(&self, pass: Pass) -> std::result::Result<(), String> {
-        if self.effects.strength(pass) > 0.0 {
-            Ok(())
-        } else {
-            Err(NOT_ASKED.to_owned())
-        }
+        if self.effects.strength(pass) > 0.0 { Ok(()) } else { Err(NOT_ASKED.to_owned()) }
     }
 
     /// Refuses what only shows behind the subject, if nothing does.

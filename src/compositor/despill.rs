@@ -56,11 +56,7 @@ fn reach(height: usize) -> f32 {
 pub fn rim(mask: &Mask) -> Mask {
     let (width, height) = mask.size();
     let open = mask.pixels.iter().map(|a| [1.0 - a, 0.0, 0.0, 0.0]);
-    let open = Rgba {
-        width,
-        height,
-        pixels: open.collect(),
-    };
+    let open = Rgba { width, height, pixels: open.collect() };
     let open = defocused(open, reach(height)).pixels;
     let inside = open.iter().zip(&mask.pixels);
     // Along a straight edge half of the disc is open; nearly all of the reach counts wholly.
@@ -68,11 +64,7 @@ pub fn rim(mask: &Mask) -> Mask {
         true => (6.0 * open[0]).min(1.0),
         false => 0.0,
     };
-    Mask {
-        width,
-        height,
-        pixels: inside.map(weight).collect(),
-    }
+    Mask { width, height, pixels: inside.map(weight).collect() }
 }
 
 /// What the pass goes by at every pixel of a premultiplied subject: how much it belongs to the rim, and
@@ -81,11 +73,7 @@ pub fn rim(mask: &Mask) -> Mask {
 pub fn guide(subject: &Image, mask: &Mask, rim: &Mask) -> Image {
     let inner = rgba(subject, |i, [r, g, b]| {
         // Nothing of the rim: its colour is what is in doubt.
-        let inside = if rim.pixels[i] > 0.0 {
-            0.0
-        } else {
-            mask.pixels[i]
-        };
+        let inside = if rim.pixels[i] > 0.0 { 0.0 } else { mask.pixels[i] };
         [inside * r, inside * g, inside * b, inside]
     });
     let inner = defocused(inner, INSIDE * reach(mask.height));
@@ -93,18 +81,12 @@ pub fn guide(subject: &Image, mask: &Mask, rim: &Mask) -> Image {
     let natural = |[r, g, b, inside]: [f32; 4], channel: usize| {
         let ratio = [r, g, b][channel] / mean_of_others([r, g, b], channel);
         // Too little to go by: a hundredth of the disc.
-        if inside > 0.01 && ratio.is_finite() {
-            TOLERANCE * ratio
-        } else {
-            1.0
-        }
+        if inside > 0.01 && ratio.is_finite() { TOLERANCE * ratio } else { 1.0 }
     };
     Image {
         width: mask.width,
         height: mask.height,
-        pixels: pixels
-            .map(|(&inner, &rim)| [rim, natural(inner, 1), natural(inner, 2)])
-            .collect(),
+        pixels: pixels.map(|(&inner, &rim)| [rim, natural(inner, 1), natural(inner, 2)]).collect(),
     }
 }
 
@@ -178,11 +160,7 @@ impl Recording<'_> {
 }
 
 fn mean_of_others(pixel: [f32; 3], channel: usize) -> f32 {
-    let sum = if channel == 1 {
-        pixel[0] + pixel[2]
-    } else {
-        pixel[0] + pixel[1]
-    };
+    let sum = if channel == 1 { pixel[0] + pixel[2] } else { pixel[0] + pixel[1] };
     0.5 * sum
 }
 
@@ -220,11 +198,7 @@ mod tests {
             assert_eq!(subject.at(48, 48), middle);
             // What is left along the edge is the tolerance for colours that differ by themselves.
             let clean = middle[channel] / mean_of_others(middle, channel);
-            for (pixel, _) in subject
-                .pixels
-                .iter()
-                .zip(&guide.pixels)
-                .filter(|(_, g)| g[0] == 1.0)
+            for (pixel, _) in subject.pixels.iter().zip(&guide.pixels).filter(|(_, g)| g[0] == 1.0)
             {
                 let ratio = pixel[channel] / mean_of_others(*pixel, channel);
                 assert!(ratio < 1.1 * clean, "{ratio} is not {clean}");
@@ -258,11 +232,6 @@ mod tests {
         }
         assert!(rim(&Mask::filled(0, 0, 1.0)).pixels.is_empty());
         // A matte without a rim: the subject fills the picture.
-        assert!(
-            rim(&Mask::filled(8, 8, 1.0))
-                .pixels
-                .iter()
-                .all(|&r| r == 0.0)
-        );
+        assert!(rim(&Mask::filled(8, 8, 1.0)).pixels.iter().all(|&r| r == 0.0));
     }
 }

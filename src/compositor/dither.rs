@@ -59,12 +59,7 @@ mod tests {
         let flat = Encoded(Image::filled(64, 64, [0.4; 3]));
         let mut moved = flat.clone();
         dither(&mut moved, &Mask::filled(64, 64, 0.0));
-        let steps: Vec<f32> = moved
-            .0
-            .pixels
-            .iter()
-            .map(|p| (p[0] - 0.4) * 255.0)
-            .collect();
+        let steps: Vec<f32> = moved.0.pixels.iter().map(|p| (p[0] - 0.4) * 255.0).collect();
         assert!(steps.iter().all(|s| s.abs() < 0.501));
         assert!((steps.iter().sum::<f32>() / 4096.0).abs() < 0.01);
         let mut kept = flat.clone();

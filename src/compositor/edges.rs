@@ -86,9 +86,7 @@ mod tests {
         let weights = [[1.0; 3]; 3];
         let mut relit = relight(&field, &weights, &[0, 1, 2]);
         let bad = |image: &Image| {
-            (0..81)
-                .filter(|&i| image.pixels[i].iter().any(|v| !v.is_finite()))
-                .collect::<Vec<_>>()
+            (0..81).filter(|&i| image.pixels[i].iter().any(|v| !v.is_finite())).collect::<Vec<_>>()
         };
         assert_eq!(bad(&relit), [7, 40]);
         assert_eq!(extend_edges(&mut relit, &Mask::filled(9, 9, 1.0)), 2);
@@ -101,12 +99,7 @@ mod tests {
         let mask = Mask::from_fn(40, 5, |x, _| (1.5 - x as f32 / 20.0).clamp(0.0, 1.0));
         let mut subject = mask.map(|a| [0.8 * a, 0.4 * a, 0.2 * a]);
         extend_edges(&mut subject, &mask);
-        for (pixel, &alpha) in subject
-            .pixels
-            .iter()
-            .zip(&mask.pixels)
-            .filter(|&(_, &a)| a > 0.0)
-        {
+        for (pixel, &alpha) in subject.pixels.iter().zip(&mask.pixels).filter(|&(_, &a)| a > 0.0) {
             let wanted = [0.8, 0.4, 0.2];
             assert!(
                 (0..3).all(|c| (pixel[c] / wanted[c] - 1.0).abs() < 0.03),

@@ -39,15 +39,8 @@ fn an_effect_that_nothing_calls_for_may_be_left_out() {
         effects: idle(),
         ..scene(Background::Environment, Output::Display, -3.0)
     };
-    let extra = Extra {
-        before: Some(&before),
-        grain: Some(&Grain::default()),
-        ..Extra::default()
-    };
-    let of = Ingredients {
-        extra,
-        ..set.ingredients()
-    };
+    let extra = Extra { before: Some(&before), grain: Some(&Grain::default()), ..Extra::default() };
+    let of = Ingredients { extra, ..set.ingredients() };
     let planned = compose(&scene, &of).unwrap();
     let ran = |name: &str| planned.passes.iter().any(|p| p.name == name && p.ran);
     for name in ["smoothing", "despill", "light_wrap", "glare", "grain"] {
@@ -70,47 +63,26 @@ fn a_little_of_what_calls_for_an_effect_stays_within_the_stated_bounds() {
         let plane = 96 * 96;
         for (i, value) in field.values.iter_mut().enumerate() {
             let green = (i / plane) % 3 == 1;
-            *value *= 1.0007
-                * if green {
-                    1.0 + 0.055 * rim.pixels[i % plane]
-                } else {
-                    1.0
-                };
+            *value *= 1.0007 * if green { 1.0 + 0.055 * rim.pixels[i % plane] } else { 1.0 };
         }
     }
     set.weights.per_lamp = vec![[0.5; 3]; 3];
     set.environment.radiance = Image::filled(8, 4, [0.35; 3]);
-    let plate = Grain {
-        deviation: [[0.2 / 255.0; 3]; 8],
-    };
+    let plate = Grain { deviation: [[0.2 / 255.0; 3]; 8] };
     let scene = Scene {
         frame: 1,
-        effects: Effects {
-            smoothing: 1.0,
-            light_wrap: 0.001,
-            ..idle()
-        },
+        effects: Effects { smoothing: 1.0, light_wrap: 0.001, ..idle() },
         ..scene(Background::Environment, Output::Display, 0.0)
     };
-    let extra = Extra {
-        before: Some(&before),
-        grain: Some(&plate),
-        ..Extra::default()
-    };
-    let of = Ingredients {
-        extra,
-        ..set.ingredients()
-    };
+    let extra = Extra { before: Some(&before), grain: Some(&plate), ..Extra::default() };
+    let of = Ingredients { extra, ..set.ingredients() };
     let planned = compose(&scene, &of).unwrap();
     let ran = |name: &str| planned.passes.iter().any(|p| p.name == name && p.ran);
     for name in ["smoothing", "despill", "light_wrap", "grain"] {
         assert!(!ran(name), "{name}: {:?}", planned.passes);
     }
     let effects = |effects: Effects| {
-        let scene = Scene {
-            effects,
-            ..scene.clone()
-        };
+        let scene = Scene { effects, ..scene.clone() };
         let left_out = compose(&scene, &of).unwrap();
         (left_out, forced(&scene, &of))
     };
@@ -125,29 +97,17 @@ fn a_little_of_what_calls_for_an_effect_stays_within_the_stated_bounds() {
         }
         change / light
     };
-    let despilled = effects(Effects {
-        despill: 1.0,
-        ..Effects::default()
-    });
+    let despilled = effects(Effects { despill: 1.0, ..Effects::default() });
     let change = rim_change(&despilled);
     assert!(change > 0.0 && change <= 0.005, "{change}");
-    let wrapped = effects(Effects {
-        light_wrap: 0.001,
-        ..Effects::default()
-    });
+    let wrapped = effects(Effects { light_wrap: 0.001, ..Effects::default() });
     assert!(rim_change(&wrapped) <= 0.003, "{}", rim_change(&wrapped));
-    let grainy = effects(Effects {
-        grain: 1.0,
-        ..Effects::default()
-    });
+    let grainy = effects(Effects { grain: 1.0, ..Effects::default() });
     let (a, b) = (grainy.0.display.unwrap().0, grainy.1.display.unwrap().0);
     let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
     let square = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f32>() / (3.0 * 96.0 * 96.0);
     assert!(square.sqrt() <= 0.25 / 255.0, "{}", 255.0 * square.sqrt());
-    let steady = effects(Effects {
-        smoothing: 1.0,
-        ..Effects::default()
-    });
+    let steady = effects(Effects { smoothing: 1.0, ..Effects::default() });
     for (a, b) in steady.0.light().pixels.iter().zip(&steady.1.light().pixels) {
         assert!((a[0] - b[0]).abs() <= 0.001 * a[0] + 1e-6);
     }
@@ -160,31 +120,15 @@ fn every_effect_that_is_called_for_changes_the_picture() {
     if let Field::Memory(field) = &mut set.field {
         let rim = rim(&set.mask);
         for (i, value) in field.values.iter_mut().enumerate() {
-            *value += if (i / 4096) % 3 == 1 {
-                0.3 * rim.pixels[i % 4096]
-            } else {
-                0.0
-            };
+            *value += if (i / 4096) % 3 == 1 { 0.3 * rim.pixels[i % 4096] } else { 0.0 };
         }
     }
-    let plate = Grain {
-        deviation: [[0.05; 3]; 8],
-    };
+    let plate = Grain { deviation: [[0.05; 3]; 8] };
     let second = Encoded(Image::filled(64, 64, [0.5; 3]));
-    let extra = Extra {
-        grain: Some(&plate),
-        second: Some(&second),
-        ..Extra::default()
-    };
-    let of = Ingredients {
-        extra,
-        ..set.ingredients()
-    };
+    let extra = Extra { grain: Some(&plate), second: Some(&second), ..Extra::default() };
+    let of = Ingredients { extra, ..set.ingredients() };
     let shown = |effects| {
-        let scene = Scene {
-            effects,
-            ..scene(Background::Environment, Output::Display, 0.5)
-        };
+        let scene = Scene { effects, ..scene(Background::Environment, Output::Display, 0.5) };
         compose(&scene, &of).unwrap()
     };
     let off = Effects::default();
@@ -206,18 +150,9 @@ fn every_effect_that_is_called_for_changes_the_picture() {
     let strengths = STRENGTHS.iter().map(alone);
     let strengths = strengths.filter(|(pass, _)| *pass != Pass::Smoothing);
     let others = [
-        (
-            Pass::View,
-            Effects {
-                view: ViewTransform::Filmic,
-                ..off
-            },
-        ),
+        (Pass::View, Effects { view: ViewTransform::Filmic, ..off }),
         (Pass::Channels, inspect(Inspection::Channel(Channel::Green))),
-        (
-            Pass::Difference,
-            inspect(Inspection::Difference { gain: 2.0 }),
-        ),
+        (Pass::Difference, inspect(Inspection::Difference { gain: 2.0 })),
         (Pass::FalseColor, inspect(Inspection::FalseColor)),
     ];
     for (pass, effects) in strengths.chain(others) {
@@ -231,14 +166,8 @@ fn every_effect_that_is_called_for_changes_the_picture() {
     // Laying a blurred background of one colour under the subject is drawing that colour.
     set.environment.radiance = Image::filled(8, 4, [0.5; 3]);
     let at = |background_blur| {
-        let effects = Effects {
-            background_blur,
-            ..off
-        };
-        let scene = Scene {
-            effects,
-            ..scene(Background::Environment, Output::Linear, 0.0)
-        };
+        let effects = Effects { background_blur, ..off };
+        let scene = Scene { effects, ..scene(Background::Environment, Output::Linear, 0.0) };
         compose(&scene, &set.ingredients()).unwrap().light().clone()
     };
     assert!(largest_difference(&at(0.0), &at(0.03)) < 1e-5);
@@ -249,12 +178,7 @@ fn a_new_exposure_neither_relights_nor_draws_the_background_again() {
     let set = Set::new(48);
     for effects in [
         Effects::default(),
-        Effects {
-            despill: 1.0,
-            background_blur: 0.03,
-            light_wrap: 0.5,
-            ..Effects::default()
-        },
+        Effects { despill: 1.0, background_blur: 0.03, light_wrap: 0.5, ..Effects::default() },
     ] {
         let mut reuse = Reuse::default();
         let scene = |stops, yaw_deg| Scene {
@@ -265,10 +189,7 @@ fn a_new_exposure_neither_relights_nor_draws_the_background_again() {
         let mut make = |scene: &Scene| {
             let made = compose_reusing(scene, &set.ingredients(), &mut reuse).unwrap();
             let fresh = compose(scene, &set.ingredients()).unwrap();
-            assert_eq!(
-                (&made.linear, &made.display),
-                (&fresh.linear, &fresh.display)
-            );
+            assert_eq!((&made.linear, &made.display), (&fresh.linear, &fresh.display));
             let ran = made.passes.into_iter().filter(|p| p.ran).map(|p| p.name);
             ran.collect::<Vec<_>>()
         };
@@ -288,10 +209,7 @@ fn another_frame_light_or_level_is_never_taken_for_the_same() {
     let mut set = Set::new(32);
     let mut reuse = Reuse::default();
     let scene = Scene {
-        effects: Effects {
-            glare: 0.5,
-            ..Effects::default()
-        },
+        effects: Effects { glare: 0.5, ..Effects::default() },
         ..scene(Background::Environment, Output::Linear, 2.0)
     };
     let mut make = |set: &Set, frame, level| {
@@ -314,15 +232,9 @@ fn another_frame_light_or_level_is_never_taken_for_the_same() {
 
 #[test]
 fn hard_inputs_give_finite_pictures_with_every_effect() {
-    let plate = Grain {
-        deviation: [[0.05; 3]; 8],
-    };
-    let effects = Effects {
-        background_blur: 0.1,
-        vignette: 0.9,
-        view: ViewTransform::Aces,
-        ..idle()
-    };
+    let plate = Grain { deviation: [[0.05; 3]; 8] };
+    let effects =
+        Effects { background_blur: 0.1, vignette: 0.9, view: ViewTransform::Aces, ..idle() };
     for size in [1, 2, 16] {
         for alpha in [0.0, 0.5, 1.0] {
             for light in [0.0, 1.0, 1e6] {
@@ -334,21 +246,12 @@ fn hard_inputs_give_finite_pictures_with_every_effect() {
                     field.values[0] = f32::NAN;
                 }
                 let before = after(None, 0, &set.field, &set.mask, 0.5);
-                let extra = Extra {
-                    before: Some(&before),
-                    grain: Some(&plate),
-                    ..Extra::default()
-                };
-                let of = Ingredients {
-                    extra,
-                    ..set.ingredients()
-                };
+                let extra =
+                    Extra { before: Some(&before), grain: Some(&plate), ..Extra::default() };
+                let of = Ingredients { extra, ..set.ingredients() };
                 for background in [Background::Environment, Background::None] {
-                    let scene = Scene {
-                        frame: 1,
-                        effects,
-                        ..scene(background, Output::Display, 2.0)
-                    };
+                    let scene =
+                        Scene { frame: 1, effects, ..scene(background, Output::Display, 2.0) };
                     for picture in [compose(&scene, &of).unwrap(), forced(&scene, &of)] {
                         let values = picture.light().pixels.iter().flatten();
                         assert!(values.clone().all(|v| v.is_finite()));
@@ -369,24 +272,13 @@ fn hard_inputs_give_finite_pictures_with_every_effect() {
 fn a_pass_that_is_forced_without_a_strength_changes_nothing_and_one_forced_off_is_not_done() {
     let set = Set::new(64);
     let before = after(None, 4, &set.field, &set.mask, 0.8);
-    let extra = Extra {
-        before: Some(&before),
-        grain: Some(&Grain::default()),
-        ..Extra::default()
-    };
+    let extra = Extra { before: Some(&before), grain: Some(&Grain::default()), ..Extra::default() };
     // Lamps beyond white behind the subject call for what a strength asks for.
     let mut lamps = Set::new(64);
     lamps.environment.radiance = Image::from_fn(64, 32, |x, _| [(x % 7) as f32; 3]);
     let made_of = |set: &Set, effects, background| {
-        let scene = Scene {
-            frame: 5,
-            effects,
-            ..scene(background, Output::Display, 0.0)
-        };
-        let of = Ingredients {
-            extra,
-            ..set.ingredients()
-        };
+        let scene = Scene { frame: 5, effects, ..scene(background, Output::Display, 0.0) };
+        let of = Ingredients { extra, ..set.ingredients() };
         compose(&scene, &of).unwrap()
     };
     let made = |effects, background| made_of(&set, effects, background);
@@ -411,46 +303,15 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_and_one_forced_off_i
     let apart = largest_difference(&bare.0, &on.display.unwrap().0);
     assert!(0.0 < apart && apart <= 0.5 / 255.0, "{apart}");
 
-    let strong = Effects {
-        background_blur: 0.05,
-        light_wrap: 0.5,
-        glare: 0.3,
-        ..off
-    };
+    let strong = Effects { background_blur: 0.05, light_wrap: 0.5, glare: 0.3, ..off };
     for (pass, without) in [
-        (
-            Pass::BackgroundBlur,
-            Effects {
-                background_blur: 0.0,
-                ..strong
-            },
-        ),
-        (
-            Pass::LightWrap,
-            Effects {
-                light_wrap: 0.0,
-                ..strong
-            },
-        ),
-        (
-            Pass::Glare,
-            Effects {
-                glare: 0.0,
-                ..strong
-            },
-        ),
+        (Pass::BackgroundBlur, Effects { background_blur: 0.0, ..strong }),
+        (Pass::LightWrap, Effects { light_wrap: 0.0, ..strong }),
+        (Pass::Glare, Effects { glare: 0.0, ..strong }),
     ] {
         let left_out = made_of(&lamps, forced(strong, pass, false), around);
-        assert_eq!(
-            left_out.display,
-            made_of(&lamps, without, around).display,
-            "{pass:?}"
-        );
-        assert_ne!(
-            left_out.display,
-            made_of(&lamps, strong, around).display,
-            "{pass:?}"
-        );
+        assert_eq!(left_out.display, made_of(&lamps, without, around).display, "{pass:?}");
+        assert_ne!(left_out.display, made_of(&lamps, strong, around).display, "{pass:?}");
     }
     let dark = made(forced(off, Pass::Background, false), around);
     assert_eq!(dark.light().pixels[0], [0.0; 3]);

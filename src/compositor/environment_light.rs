@@ -134,26 +134,18 @@ mod tests {
             confidence: 1.0,
             clipped: 0.0,
         };
-        let rig = Rig {
-            lamps: vec![lamp(-1.0), lamp(1.0)],
-        };
+        let rig = Rig { lamps: vec![lamp(-1.0), lamp(1.0)] };
         let field = ReflectanceField::from_olats(&vec![Image::filled(8, 8, [0.5; 3]); 2]);
         (rig, field.into(), Mask::filled(8, 8, 1.0))
     }
 
     fn environment(left: f32, right: f32) -> Arc<Environment> {
         let radiance = |x, _| [if x < 32 { left } else { right }; 3];
-        Arc::new(Environment::from_radiance(
-            "two sides",
-            Image::from_fn(64, 32, radiance),
-        ))
+        Arc::new(Environment::from_radiance("two sides", Image::from_fn(64, 32, radiance)))
     }
 
     fn at(yaw_deg: f32) -> Scene {
-        Scene {
-            yaw_deg,
-            ..Scene::default()
-        }
+        Scene { yaw_deg, ..Scene::default() }
     }
 
     #[test]

@@ -21,21 +21,13 @@ pub(crate) const EXPOSURE: Descriptor = Descriptor {
     }),
     ..Descriptor::new(Pass::Exposure, |context| {
         let stops = context.scene.exposure_stops;
-        decide(
-            stops != 0.0,
-            || format!("{stops:+} stops"),
-            "0 stops change nothing",
-        )
+        decide(stops != 0.0, || format!("{stops:+} stops"), "0 stops change nothing")
     })
 };
 
 /// Scales every value.
 pub fn scale(picture: &mut Image, factor: f32) {
-    picture
-        .pixels
-        .iter_mut()
-        .flatten()
-        .for_each(|v| *v *= factor);
+    picture.pixels.iter_mut().flatten().for_each(|v| *v *= factor);
 }
 
 impl Recording<'_> {

@@ -74,16 +74,10 @@ pub struct Spill {
 impl Spill {
     /// The spill of a rim that has this `light` and this much of it, green and blue, in excess.
     pub(crate) fn of([green, blue]: [f64; 2], light: f64) -> Self {
-        let (screen, excess) = if blue > green {
-            (Screen::Blue, blue)
-        } else {
-            (Screen::Green, green)
-        };
+        let (screen, excess) =
+            if blue > green { (Screen::Blue, blue) } else { (Screen::Green, green) };
         let excess = if light > 0.0 { excess / light } else { 0.0 };
-        Self {
-            screen,
-            excess: excess as f32,
-        }
+        Self { screen, excess: excess as f32 }
     }
 }
 

@@ -11,10 +11,7 @@ use rayon::prelude::*;
 use scene::{Inspection, Pass};
 use std::sync::LazyLock;
 
-const SHADER: Shader = Shader::new(
-    "false_color",
-    include_str!("../../shaders/false_color.wgsl"),
-);
+const SHADER: Shader = Shader::new("false_color", include_str!("../../shaders/false_color.wgsl"));
 
 pub(crate) const FALSE_COLOR: Descriptor = Descriptor {
     fixed: |_| Some("it is chosen above the picture"),
@@ -59,11 +56,7 @@ pub const LEGEND: [Zone; 8] = [
     zone(0.75, None, "light: ¼ to ¾ stop, in grey"),
     zone(1.25, Some([0.95, 0.6, 0.65]), "fair skin: ¾ to 1¼ stops"),
     zone(2.0, None, "bright: 1¼ to 2 stops, in grey"),
-    zone(
-        WHITE,
-        Some([0.95, 0.85, 0.2]),
-        "nearly white: 2 to 2.47 stops",
-    ),
+    zone(WHITE, Some([0.95, 0.85, 0.2]), "nearly white: 2 to 2.47 stops"),
 ];
 
 /// White in stops above middle grey: log2(1 / 0.18).
@@ -98,9 +91,7 @@ pub fn false_color(linear: &Image) -> Encoded {
 fn zone_color(luminance: f32, limits: &[f32; LEGEND.len()]) -> [f32; 3] {
     let luminance = luminance.max(0.0);
     match limits.iter().position(|&limit| luminance < limit) {
-        Some(zone) => LEGEND[zone]
-            .color
-            .unwrap_or_else(|| [GREY.at(luminance); 3]),
+        Some(zone) => LEGEND[zone].color.unwrap_or_else(|| [GREY.at(luminance); 3]),
         None => CLIPPED,
     }
 }

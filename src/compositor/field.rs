@@ -125,10 +125,7 @@ impl FieldEncoder {
     const ERRORS: [f64; 2] = [0.01, 0.007];
 
     pub fn new(storage: Storage) -> Self {
-        Self {
-            storage,
-            ..Self::default()
-        }
+        Self { storage, ..Self::default() }
     }
 
     /// A prediction in the storage format: on a GPU if there are its `passes`, which a network's own GPU shares, else in memory.
@@ -171,9 +168,7 @@ impl FieldEncoder {
                 "The predicted OLATs are stored in f16: each value within 0.05 %".to_owned()
             }
             (Storage::Compressed, basis) => {
-                let (count, all) = basis
-                    .as_ref()
-                    .map_or((0, 0), |(basis, n)| (*n, basis.len()));
+                let (count, all) = basis.as_ref().map_or((0, 0), |(basis, n)| (*n, basis.len()));
                 format!(
                     "The predicted OLATs are stored in {count} of {all} components, with an error of up to {:.2} % of their root mean square",
                     100.0 * self.error

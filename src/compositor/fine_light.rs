@@ -41,11 +41,7 @@ impl Plate {
     pub fn relit_by(&self, relit: &Image, working: &Mask, weights: &[[f32; 3]]) -> Image {
         let mut picture = self.relit(relit, working);
         if let Some(fine) = self.fine_light(weights) {
-            let pixels = picture
-                .pixels
-                .par_iter_mut()
-                .zip(&fine.pixels)
-                .with_min_len(4096);
+            let pixels = picture.pixels.par_iter_mut().zip(&fine.pixels).with_min_len(4096);
             pixels.for_each(|(pixel, fine)| (0..3).for_each(|c| pixel[c] += fine[c]));
         }
         picture
@@ -54,11 +50,7 @@ impl Plate {
     /// The light that [`Self::relit`] lacks under lamps of these weights.
     pub(crate) fn fine_light(&self, weights: &[[f32; 3]]) -> Option<Image> {
         let mut ratio = self.fine.as_ref()?.ratio(weights)?;
-        let pixels = ratio
-            .pixels
-            .par_iter_mut()
-            .zip(&self.lit().pixels)
-            .with_min_len(4096);
+        let pixels = ratio.pixels.par_iter_mut().zip(&self.lit().pixels).with_min_len(4096);
         pixels.for_each(|(ratio, lit)| (0..3).for_each(|c| ratio[c] *= lit[c]));
         Some(ratio)
     }
@@ -77,12 +69,6 @@ impl Recording<'_> {
         let size = subject.size();
         let mut params = PlateParams::zeroed();
         params.size = extent(size);
-        self.run(
-            (&SHADER, "add"),
-            bytes_of(&params),
-            subject,
-            Some(light),
-            size,
-        )
+        self.run((&SHADER, "add"), bytes_of(&params), subject, Some(light), size)
     }
 }

@@ -74,9 +74,7 @@ pub fn brightest(picture: &Image) -> f32 {
     let rows = picture.pixels.par_chunks(4096);
     let larger = |m: f32, v: f32| if v > m && v < f32::INFINITY { v } else { m };
     let largest = |row: &[[f32; 3]]| {
-        let most = row.iter().fold([0f32; 3], |m, p| {
-            std::array::from_fn(|c| larger(m[c], p[c]))
-        });
+        let most = row.iter().fold([0f32; 3], |m, p| std::array::from_fn(|c| larger(m[c], p[c])));
         most.into_iter().fold(0.0, f32::max)
     };
     rows.map(largest).reduce(|| 0.0, f32::max)
@@ -86,11 +84,7 @@ pub fn brightest(picture: &Image) -> f32 {
 /// scatter anything.
 fn shares(width: usize, height: usize) -> Vec<f32> {
     let octaves = width.min(height).checked_ilog2().unwrap_or(0);
-    let spots = if octaves == 0 {
-        0
-    } else {
-        (octaves - 1).clamp(1, MOST_SPOTS)
-    };
+    let spots = if octaves == 0 { 0 } else { (octaves - 1).clamp(1, MOST_SPOTS) };
     let energies: Vec<f32> = (0..spots).map(|k| PER_OCTAVE.powi(k as i32)).collect();
     let total: f32 = energies.iter().sum();
     energies.iter().map(|e| e / total).collect()
@@ -171,9 +165,7 @@ mod tests {
     }
 
     fn lamp(width: usize, height: usize, at: (usize, usize), value: f32) -> Image {
-        Image::from_fn(width, height, |x, y| {
-            [if (x, y) == at { value } else { 0.2 }; 3]
-        })
+        Image::from_fn(width, height, |x, y| [if (x, y) == at { value } else { 0.2 }; 3])
     }
 
     #[test]

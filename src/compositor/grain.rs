@@ -259,11 +259,7 @@ impl Recording<'_> {
         let [survey] = self.read([&survey])?;
         Ok(Grain::measured(mask, |place, _, channel| {
             let [code, gradient, high, _] = survey.at(place, channel);
-            Sample {
-                code,
-                gradient,
-                high,
-            }
+            Sample { code, gradient, high }
         }))
     }
 }
@@ -348,19 +344,11 @@ mod tests {
 
     #[test]
     fn grain_has_no_mean_is_of_its_frame_and_repeats() {
-        let plate = Grain {
-            deviation: [[0.04; 3]; BINS],
-        };
+        let plate = Grain { deviation: [[0.04; 3]; BINS] };
         let solid = Mask::filled(128, 128, 1.0);
         let made = |frame| {
             let mut flat = Encoded(Image::filled(128, 128, [0.5; 3]));
-            grain(
-                &mut flat,
-                [&solid; 2],
-                [&plate, &Grain::default()],
-                1.0,
-                frame,
-            );
+            grain(&mut flat, [&solid; 2], [&plate, &Grain::default()], 1.0, frame);
             flat
         };
         let first = made(1);
@@ -384,9 +372,7 @@ mod tests {
                     let found = Grain::of_plate(&plate, &mask, &Scene::default());
                     assert_eq!(found.most(), 0.0);
                     let mut codes = Encoded(Image::filled(size, size, [0.5; 3]));
-                    let grainy = Grain {
-                        deviation: [[0.1; 3]; BINS],
-                    };
+                    let grainy = Grain { deviation: [[0.1; 3]; BINS] };
                     grain(&mut codes, [&mask; 2], [&grainy, &found], 1.0, 0);
                     let changed = codes.0.pixels.iter().any(|p| *p != [0.5; 3]);
                     assert_eq!(changed, alpha > 0.0 && size > 0);

@@ -30,10 +30,7 @@ pub struct Levels {
 impl Default for Levels {
     /// Units as they are stored.
     fn default() -> Self {
-        Self {
-            subject: 1.0,
-            background: 1.0,
-        }
+        Self { subject: 1.0, background: 1.0 }
     }
 }
 
@@ -54,10 +51,7 @@ impl Levels {
         let albedo_in_field_units = mean_solid_luminance(&field.relight(&even.per_lamp)?, mask);
         let gain = Self::of_environment(environment);
         let subject = positive(SUBJECT_ALBEDO / albedo_in_field_units);
-        Ok(Self {
-            subject: gain * subject,
-            background: gain,
-        })
+        Ok(Self { subject: gain * subject, background: gain })
     }
 }
 
@@ -80,11 +74,7 @@ impl Levels {
 
 /// A usable factor, whose inverse is finite too: 1 if it is not normal or not above 0.
 fn positive(factor: f32) -> f32 {
-    if factor.is_normal() && factor > 0.0 {
-        factor
-    } else {
-        1.0
-    }
+    if factor.is_normal() && factor > 0.0 { factor } else { 1.0 }
 }
 
 fn mean_solid_luminance(picture: &Image, mask: &Mask) -> f32 {
@@ -111,11 +101,7 @@ mod tests {
     use reflectance::ReflectanceField;
 
     fn environment(radiance: Image) -> Environment {
-        Environment {
-            name: "test".into(),
-            radiance,
-            repaired_texels: 0,
-        }
+        Environment { name: "test".into(), radiance, repaired_texels: 0 }
     }
 
     #[test]
@@ -124,27 +110,18 @@ mod tests {
         for (unit, brightness) in [(1.0, 1.0), (0.02, 700.0), (300.0, 0.001)] {
             let field =
                 ReflectanceField::from_olats(&vec![Image::filled(8, 8, [unit; 3]); 4]).into();
-            let even = LightWeights {
-                per_lamp: vec![[0.25; 3]; 4],
-                uncovered: 0.0,
-            };
+            let even = LightWeights { per_lamp: vec![[0.25; 3]; 4], uncovered: 0.0 };
             let light = environment(Image::filled(32, 16, [brightness; 3]));
             let levels = Levels::balanced(&light, &even, &field, &mask).unwrap();
             let relit = unit * brightness * levels.subject;
-            assert!(
-                (relit - MIDDLE_GREY).abs() < 1e-5,
-                "{unit} {brightness}: {relit}"
-            );
+            assert!((relit - MIDDLE_GREY).abs() < 1e-5, "{unit} {brightness}: {relit}");
             assert!((levels.background * brightness * SUBJECT_ALBEDO - MIDDLE_GREY).abs() < 1e-5);
         }
     }
 
     #[test]
     fn black_light_black_fields_and_empty_mattes_leave_usable_levels() {
-        let even = LightWeights {
-            per_lamp: vec![[1.0; 3]; 2],
-            uncovered: 0.0,
-        };
+        let even = LightWeights { per_lamp: vec![[1.0; 3]; 2], uncovered: 0.0 };
         for (light, value, alpha) in [
             (0.0, 1.0, 1.0),
             (1.0, 0.0, 1.0),
@@ -157,10 +134,7 @@ mod tests {
             let light = environment(Image::filled(4, 2, [light; 3]));
             let levels =
                 Levels::balanced(&light, &even, &field, &Mask::filled(4, 4, alpha)).unwrap();
-            assert!(
-                levels.subject.is_normal() && levels.background.is_normal(),
-                "{levels:?}"
-            );
+            assert!(levels.subject.is_normal() && levels.background.is_normal(), "{levels:?}");
         }
         test_support::shown!(Pictures, "Levels of black light, light of 3.4·10³⁸, black or NaN fields, empty mattes",
  danger: "levels are 0, infinite or so small that their inverse is", done: "what is not a normal number becomes 1",

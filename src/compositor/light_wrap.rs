@@ -76,11 +76,7 @@ pub(super) fn need(subject: &Image, mask: &Mask, behind: &Image) -> f32 {
         added += f64::from(luminance(wrapped(pixel, alpha, past)));
         there += f64::from(past[3] * luminance(pixel));
     }
-    if added > 0.0 {
-        (added / there.max(f64::MIN_POSITIVE)).min(1e6) as f32
-    } else {
-        0.0
-    }
+    if added > 0.0 { (added / there.max(f64::MIN_POSITIVE)).min(1e6) as f32 } else { 0.0 }
 }
 
 fn wrapped(subject: [f32; 3], alpha: f32, past: [f32; 4]) -> [f32; 3] {

@@ -38,29 +38,19 @@ impl Both {
         for (i, value) in field.values.iter_mut().enumerate() {
             let green = (i / plane) % 3 == 1;
             *value *= 1.03;
-            *value += if green {
-                0.3 * rim.pixels[i % plane]
-            } else {
-                0.0
-            };
+            *value += if green { 0.3 * rim.pixels[i % plane] } else { 0.0 };
         }
         let passes = Arc::new(PicturePasses::new(&device, &queue));
         let gpu = Field::Gpu(FieldBuffer::upload(field, &device), passes);
         memory.environment.radiance = Image::from_fn(128, 64, |x, y| {
-            let lamp = if (60..64).contains(&x) && (24..32).contains(&y) {
-                20.0
-            } else {
-                0.5
-            };
+            let lamp = if (60..64).contains(&x) && (24..32).contains(&y) { 20.0 } else { 0.5 };
             [lamp, 0.01 * x as f32, 0.02 * y as f32]
         });
         Some(Self {
             before: after(None, 0, &Set::new(SIZE).field, &memory.mask, 0.8),
             memory,
             gpu,
-            plate: Grain {
-                deviation: [[0.05; 3]; 8],
-            },
+            plate: Grain { deviation: [[0.05; 3]; 8] },
             second: Encoded(Image::filled(SIZE, SIZE, [0.5; 3])),
         })
     }
@@ -72,14 +62,8 @@ impl Both {
             second: Some(&self.second),
             ..Extra::default()
         };
-        let memory = Ingredients {
-            extra,
-            ..self.memory.ingredients()
-        };
-        let gpu = Ingredients {
-            field: &self.gpu,
-            ..memory
-        };
+        let memory = Ingredients { extra, ..self.memory.ingredients() };
+        let gpu = Ingredients { field: &self.gpu, ..memory };
         [memory, gpu]
     }
 
@@ -110,24 +94,13 @@ fn effects() -> Vec<Effects> {
     };
     let force = |run| {
         let all = Pass::ALL.into_iter();
-        all.fold(Forced::default(), |forced, pass| {
-            forced.with(pass, Some(run))
-        })
+        all.fold(Forced::default(), |forced, pass| forced.with(pass, Some(run)))
     };
     let mut effects = vec![
         off,
-        Effects {
-            forced: force(true),
-            ..off
-        },
-        Effects {
-            forced: force(false),
-            ..all
-        },
-        Effects {
-            view: ViewTransform::Aces,
-            ..off
-        },
+        Effects { forced: force(true), ..off },
+        Effects { forced: force(false), ..all },
+        Effects { view: ViewTransform::Aces, ..off },
         inspect(Inspection::Channel(Channel::Alpha)),
         inspect(Inspection::Channel(Channel::Luminance)),
         inspect(Inspection::Difference { gain: 2.0 }),
@@ -152,10 +125,7 @@ fn a_gpu_s_picture_is_the_cpu_s() {
     let Some(both) = Both::new(false) else { return };
     for scene in scenes() {
         for output in [Output::Linear, Output::Display] {
-            let scene = Scene {
-                output,
-                ..scene.clone()
-            };
+            let scene = Scene { output, ..scene.clone() };
             let [here, there] = both.compose(&scene).unwrap();
             assert_eq!(here.alpha, there.alpha);
             let what = |picture: &Picture| {
@@ -174,10 +144,7 @@ fn a_gpu_s_picture_is_the_cpu_s() {
                     _ => true,
                 };
                 let asked = effects.asks(pass) && can;
-                assert_eq!(
-                    there.passes[pass as usize].ran, asked,
-                    "{pass:?}: {scene:?}"
-                );
+                assert_eq!(there.passes[pass as usize].ran, asked, "{pass:?}: {scene:?}");
             }
             let off = effects.forced.get(Pass::Background) == Some(false);
             let opaque = scene.background == Background::Environment && !off;
@@ -191,12 +158,7 @@ fn a_gpu_s_picture_is_the_cpu_s() {
                 // Dither moves a code by a whole step where its pattern wraps.
                 let apart = largest_difference(&here.0, &there.0);
                 assert!(apart < 1.5 / 255.0, "{apart}: {scene:?}");
-                let pairs = here
-                    .0
-                    .pixels
-                    .iter()
-                    .flatten()
-                    .zip(there.0.pixels.iter().flatten());
+                let pairs = here.0.pixels.iter().flatten().zip(there.0.pixels.iter().flatten());
                 let mean =
                     pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / (3 * SIZE * SIZE) as f32;
                 assert!(mean < 0.02 / 255.0, "{mean}: {scene:?}");
@@ -211,14 +173,8 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_on_a_gpu() {
     let Some(both) = Both::new(false) else { return };
     let [_, of] = both.ingredients();
     let made = |forced| {
-        let effects = Effects {
-            forced,
-            ..Effects::default()
-        };
-        let scene = Scene {
-            effects,
-            ..scene(Background::Environment, Output::Linear, 0.0)
-        };
+        let effects = Effects { forced, ..Effects::default() };
+        let scene = Scene { effects, ..scene(Background::Environment, Output::Linear, 0.0) };
         compose(&scene, &of).unwrap()
     };
     let plain = made(Forced::default());
@@ -264,14 +220,9 @@ fn a_gpu_s_clock_times_every_pass_that_runs() {
         let whole = started.elapsed().as_secs_f64() * 1e3;
         let mut sum = 0.0;
         for pass in &picture.passes {
-            let ms = pass
-                .ms
-                .unwrap_or_else(|| panic!("{} is not timed", pass.name));
+            let ms = pass.ms.unwrap_or_else(|| panic!("{} is not timed", pass.name));
             // Smoothing is in the weights: only measuring it takes time. The first two are not passes here.
-            assert!(
-                ms > 0.0 || !pass.ran || pass.name == "smoothing",
-                "{pass:?}"
-            );
+            assert!(ms > 0.0 || !pass.ran || pass.name == "smoothing", "{pass:?}");
             assert!(ms >= 0.0);
             sum += ms;
         }
@@ -282,9 +233,7 @@ fn a_gpu_s_clock_times_every_pass_that_runs() {
 #[test]
 fn a_gpu_without_a_clock_says_so() {
     let Some(both) = Both::new(false) else { return };
-    let [_, picture] = both
-        .compose(&scene(Background::None, Output::Display, 0.5))
-        .unwrap();
+    let [_, picture] = both.compose(&scene(Background::None, Output::Display, 0.5)).unwrap();
     let relight = picture.passes.iter().find(|p| p.name == "relight").unwrap();
     assert!(relight.ran && relight.ms.is_none());
     let glare = picture.passes.iter().find(|p| p.name == "glare").unwrap();
@@ -304,18 +253,12 @@ fn a_gpu_says_how_many_pixels_it_mended() {
     };
     field.values[SIZE * SIZE / 2 + SIZE / 2] = f32::NAN;
     *buffer = FieldBuffer::upload(field, &passes.device);
-    let [here, there] = both
-        .compose(&scene(Background::None, Output::Linear, 0.0))
-        .unwrap();
+    let [here, there] = both.compose(&scene(Background::None, Output::Linear, 0.0)).unwrap();
     let reason = |picture: &Picture| {
         let relight = picture.passes.iter().find(|p| p.name == "relight");
         relight.unwrap().reason.clone()
     };
-    assert!(
-        reason(&here).contains("1 pixels were NaN or infinite"),
-        "{}",
-        reason(&here)
-    );
+    assert!(reason(&here).contains("1 pixels were NaN or infinite"), "{}", reason(&here));
     assert_eq!(reason(&here), reason(&there));
     assert!(largest_difference(here.light(), there.light()) < 1e-5);
 }
@@ -324,21 +267,13 @@ fn a_gpu_says_how_many_pixels_it_mended() {
 fn what_does_not_fit_is_refused_on_a_gpu_too() {
     let Some(both) = Both::new(false) else { return };
     let scene = Scene {
-        effects: Effects {
-            inspection: Inspection::Difference { gain: 1.0 },
-            ..Effects::default()
-        },
+        effects: Effects { inspection: Inspection::Difference { gain: 1.0 }, ..Effects::default() },
         ..scene(Background::None, Output::Display, 0.0)
     };
     let second = Encoded(Image::filled(8, 8, [0.0; 3]));
     let [_, mut of] = both.ingredients();
     of.extra.second = Some(&second);
-    assert!(
-        compose(&scene, &of)
-            .unwrap_err()
-            .to_string()
-            .contains("8 × 8")
-    );
+    assert!(compose(&scene, &of).unwrap_err().to_string().contains("8 × 8"));
     // A device that is asked for nothing more binds 128 MiB at most.
     let Field::Gpu(_, passes) = &both.gpu else {
         panic!("it is on the GPU");

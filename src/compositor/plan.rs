@@ -7,11 +7,7 @@ use scene::{Pass, Scene};
 
 /// Decides about every pass, in the order in which they run.
 pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
-    let context = PassContext {
-        scene,
-        effects: scene.effects.bounded(),
-        facts,
-    };
+    let context = PassContext { scene, effects: scene.effects.bounded(), facts };
     let mut planned: Vec<PlannedPass> = Vec::with_capacity(PASSES.len());
     for descriptor in PASSES {
         let pass = descriptor.pass;
@@ -37,13 +33,7 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
             (_, Pass::Background) => 0,
             _ => read,
         };
-        planned.push(PlannedPass {
-            pass,
-            run,
-            reason,
-            fixed,
-            key,
-        });
+        planned.push(PlannedPass { pass, run, reason, fixed, key });
     }
     planned
 }

@@ -10,30 +10,18 @@ const FACTS: Facts = Facts {
     lamps: 41,
     lit_lamps: 38,
     open_share: 0.6,
-    inputs: Inputs {
-        frame: 1,
-        light: 2,
-        backdrop: 3,
-        grain: 4,
-        second: 5,
-    },
+    inputs: Inputs { frame: 1, light: 2, backdrop: 3, grain: 4, second: 5 },
     steady_gain: None,
     spill: None,
     wrap_need: 0.0,
     brightest: 0.0,
-    own_grain: Grain {
-        deviation: [[0.0; 3]; 8],
-    },
+    own_grain: Grain { deviation: [[0.0; 3]; 8] },
     missing_grain: 0.0,
     second_picture: false,
 };
 
 fn scene() -> Scene {
-    Scene {
-        frame: 3,
-        exposure_stops: 1.0,
-        ..Scene::default()
-    }
+    Scene { frame: 3, exposure_stops: 1.0, ..Scene::default() }
 }
 
 fn with(effects: Effects) -> Scene {
@@ -56,10 +44,7 @@ fn everything() -> (Scene, Facts) {
     let facts = Facts {
         plate: Some((1080, 1920)),
         steady_gain: Some([1.05, 1.0, 1.0]),
-        spill: Some(Spill {
-            screen: Screen::Green,
-            excess: 0.1,
-        }),
+        spill: Some(Spill { screen: Screen::Green, excess: 0.1 }),
         wrap_need: 0.5,
         brightest: 9.0,
         missing_grain: 0.01,
@@ -69,33 +54,18 @@ fn everything() -> (Scene, Facts) {
 }
 
 fn names(scene: &Scene, facts: &Facts) -> Vec<&'static str> {
-    plan(scene, facts)
-        .iter()
-        .filter(|p| p.run)
-        .map(|p| p.pass.name())
-        .collect()
+    plan(scene, facts).iter().filter(|p| p.run).map(|p| p.pass.name()).collect()
 }
 
 #[test]
 fn a_new_frame_for_a_window_runs_what_every_picture_needs() {
-    let all = [
-        "predict",
-        "weights",
-        "relight",
-        "background",
-        "exposure",
-        "view",
-        "dither",
-    ];
+    let all = ["predict", "weights", "relight", "background", "exposure", "view", "dither"];
     assert_eq!(names(&scene(), &FACTS), all);
 }
 
 #[test]
 fn a_turn_of_the_environment_never_asks_the_network() {
-    let turned = Facts {
-        field_cached: true,
-        ..FACTS
-    };
+    let turned = Facts { field_cached: true, ..FACTS };
     assert!(!names(&scene(), &turned).contains(&"predict"));
     assert!(names(&scene(), &turned).contains(&"weights"));
 }
@@ -108,26 +78,16 @@ fn a_linear_cut_out_at_0_stops_needs_the_sum_alone() {
         output: Output::Linear,
         ..scene()
     };
-    let cached = Facts {
-        field_cached: true,
-        weights_cached: true,
-        ..FACTS
-    };
+    let cached = Facts { field_cached: true, weights_cached: true, ..FACTS };
     assert_eq!(names(&bare, &cached), ["relight"]);
 }
 
 #[test]
 fn what_cannot_be_seen_does_not_run() {
-    let covered = Facts {
-        open_share: 0.0,
-        ..FACTS
-    };
+    let covered = Facts { open_share: 0.0, ..FACTS };
     assert!(!names(&scene(), &covered).contains(&"background"));
     assert!(!names(&scene(), &covered).contains(&"dither"));
-    let dark = Facts {
-        lit_lamps: 0,
-        ..FACTS
-    };
+    let dark = Facts { lit_lamps: 0, ..FACTS };
     assert!(!names(&scene(), &dark).contains(&"relight"));
 }
 
@@ -137,16 +97,10 @@ fn every_effect_runs_where_it_is_asked_for_and_called_for() {
     let ran = names(&scene, &facts);
     let inspections = ["channels", "difference"];
     let wanted: Vec<_> = Pass::ALL.iter().map(|p| p.name()).collect();
-    let wanted: Vec<_> = wanted
-        .into_iter()
-        .filter(|n| !inspections.contains(n))
-        .collect();
+    let wanted: Vec<_> = wanted.into_iter().filter(|n| !inspections.contains(n)).collect();
     assert_eq!(ran, wanted);
     // The same need, and nobody asks.
-    let plate = Facts {
-        plate: facts.plate,
-        ..FACTS
-    };
+    let plate = Facts { plate: facts.plate, ..FACTS };
     assert_eq!(names(&self::scene(), &facts), names(&self::scene(), &plate));
     // Somebody asks, and there is no need.
     let idle = names(&scene, &FACTS);
@@ -158,10 +112,7 @@ fn every_effect_runs_where_it_is_asked_for_and_called_for() {
 #[test]
 fn what_a_display_alone_can_show_is_not_done_to_linear_light() {
     let (scene, facts) = everything();
-    let linear = Scene {
-        output: Output::Linear,
-        ..scene
-    };
+    let linear = Scene { output: Output::Linear, ..scene };
     let ran = names(&linear, &facts);
     for name in ["view", "grain", "dither", "false_color"] {
         assert!(!ran.contains(&name), "{name}");
@@ -171,10 +122,7 @@ fn what_a_display_alone_can_show_is_not_done_to_linear_light() {
 
 #[test]
 fn glare_goes_by_what_is_brighter_than_white_after_exposure() {
-    let glaring = with(Effects {
-        glare: 0.2,
-        ..Effects::default()
-    });
+    let glaring = with(Effects { glare: 0.2, ..Effects::default() });
     let at = |brightest| Facts { brightest, ..FACTS };
     assert!(!names(&glaring, &at(0.5)).contains(&"glare"));
     assert!(names(&glaring, &at(0.51)).contains(&"glare"));
@@ -182,14 +130,9 @@ fn glare_goes_by_what_is_brighter_than_white_after_exposure() {
 
 #[test]
 fn a_difference_needs_a_second_picture() {
-    let compared = with(Effects {
-        inspection: Inspection::Difference { gain: 8.0 },
-        ..Effects::default()
-    });
-    let found = Facts {
-        second_picture: true,
-        ..FACTS
-    };
+    let compared =
+        with(Effects { inspection: Inspection::Difference { gain: 8.0 }, ..Effects::default() });
+    let found = Facts { second_picture: true, ..FACTS };
     assert!(!names(&compared, &FACTS).contains(&"difference"));
     assert!(names(&compared, &found).contains(&"difference"));
 }
@@ -203,10 +146,7 @@ fn every_decision_has_a_reason() {
         }
     }
     let relight = &plan(&self::scene(), &FACTS)[3];
-    assert_eq!(
-        relight.reason,
-        "38 of 41 lamps are lit; the rest are skipped"
-    );
+    assert_eq!(relight.reason, "38 of 41 lamps are lit; the rest are skipped");
 }
 
 #[test]
@@ -232,10 +172,7 @@ fn every_pass_stands_in_its_place_and_one_with_a_strength_can_be_skipped() {
 fn changed(before: (&Scene, &Facts), after: (&Scene, &Facts)) -> Vec<&'static str> {
     let (a, b) = (plan(before.0, before.1), plan(after.0, after.1));
     let pairs = a.iter().zip(&b);
-    pairs
-        .filter(|(a, b)| a.key != b.key)
-        .map(|(a, _)| a.pass.name())
-        .collect()
+    pairs.filter(|(a, b)| a.key != b.key).map(|(a, _)| a.pass.name()).collect()
 }
 
 #[test]
@@ -262,17 +199,8 @@ fn a_setting_changes_the_keys_of_its_pass_and_of_those_after_it() {
 
 #[test]
 fn whether_something_was_at_hand_does_not_change_the_picture_s_key() {
-    let cached = Facts {
-        field_cached: true,
-        weights_cached: true,
-        ..FACTS
-    };
-    let last = |facts: &Facts| {
-        plan(&scene(), facts)[3..]
-            .iter()
-            .map(|p| p.key)
-            .collect::<Vec<_>>()
-    };
+    let cached = Facts { field_cached: true, weights_cached: true, ..FACTS };
+    let last = |facts: &Facts| plan(&scene(), facts)[3..].iter().map(|p| p.key).collect::<Vec<_>>();
     assert_eq!(last(&FACTS), last(&cached));
 }
 
@@ -285,10 +213,8 @@ fn a_forced_pass_runs_or_not_whatever_calls_for_it_and_says_so() {
             for run in [true, false] {
                 let mut forced = plain.clone();
                 forced.effects.forced = Forced::default().with(pass, Some(run));
-                let (before, after) = (
-                    &before[pass as usize],
-                    &plan(&forced, &facts)[pass as usize],
-                );
+                let (before, after) =
+                    (&before[pass as usize], &plan(&forced, &facts)[pass as usize]);
                 let changed = changed((&plain, &facts), (&forced, &facts));
                 if before.fixed.is_some() {
                     assert_eq!(before, after);
@@ -298,11 +224,7 @@ fn a_forced_pass_runs_or_not_whatever_calls_for_it_and_says_so() {
                 assert_eq!(after.run, run, "{pass:?}");
                 let says = if run { "on by hand; " } else { "off by hand" };
                 assert!(after.reason.starts_with(says), "{}", after.reason);
-                assert_eq!(
-                    changed.contains(&pass.name()),
-                    before.run != run,
-                    "{pass:?}"
-                );
+                assert_eq!(changed.contains(&pass.name()), before.run != run, "{pass:?}");
             }
         }
     }
@@ -310,39 +232,21 @@ fn a_forced_pass_runs_or_not_whatever_calls_for_it_and_says_so() {
 
 #[test]
 fn what_lacks_its_input_cannot_be_forced_and_says_why() {
-    let bare = Scene {
-        background: Background::None,
-        output: Output::Linear,
-        ..scene()
-    };
+    let bare = Scene { background: Background::None, output: Output::Linear, ..scene() };
     let fixed = |scene: &Scene| {
         let planned = plan(scene, &FACTS);
         let fixed = planned.iter().filter(|p| p.fixed.is_some());
         fixed.map(|p| p.pass.name()).collect::<Vec<_>>()
     };
-    let always = [
-        "predict",
-        "weights",
-        "relight",
-        "plate",
-        "view",
-        "channels",
-        "difference",
-        "false_color",
-    ];
+    let always =
+        ["predict", "weights", "relight", "plate", "view", "channels", "difference", "false_color"];
     assert_eq!(fixed(&scene()), always);
     let cut_out = with(Effects {
         forced: Forced::default().with(Pass::Background, Some(false)),
         ..Effects::default()
     });
     assert_eq!(fixed(&cut_out)[4..6], ["background_blur", "light_wrap"]);
-    for name in [
-        "background",
-        "background_blur",
-        "light_wrap",
-        "grain",
-        "dither",
-    ] {
+    for name in ["background", "background_blur", "light_wrap", "grain", "dither"] {
         assert!(fixed(&bare).contains(&name), "{name}");
     }
 }

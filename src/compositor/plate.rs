@@ -118,10 +118,7 @@ fn covered(length: usize, start: f32, side: f32, size: usize) -> Vec<Vec<(usize,
         let to = from + step;
         let pixels = from.max(0.0) as usize..(to.max(0.0).ceil() as usize).min(length);
         let share = |i: usize| (i, (to.min(i as f64 + 1.0) - from.max(i as f64)) as f32);
-        pixels
-            .map(share)
-            .filter(|&(_, share)| share > 1e-6)
-            .collect()
+        pixels.map(share).filter(|&(_, share)| share > 1e-6).collect()
     };
     (0..size).map(pixels_of).collect()
 }
@@ -168,14 +165,7 @@ impl Plate {
             *pixel = pixel.map(|v| alpha * (v.max(0.0) + floor));
         });
         let nodes = Arc::new(Nodes::of(&lit, &matte, square, working));
-        Ok(Self {
-            matte,
-            filmed,
-            lit,
-            square,
-            nodes,
-            fine: None,
-        })
+        Ok(Self { matte, filmed, lit, square, nodes, fine: None })
     }
 
     /// The square that the network sees, in the plate's pixels.
@@ -193,16 +183,9 @@ impl Plate {
     /// # Errors
     /// As [`Self::new`].
     pub fn of(filmed: FilmedFrame, frame: &Frame) -> Result<Self> {
-        let FilmedFrame {
-            plate,
-            mask,
-            framing,
-        } = filmed;
-        let square = PlateSquare {
-            x: framing.x as f32,
-            y: framing.y as f32,
-            side: framing.side as f32,
-        };
+        let FilmedFrame { plate, mask, framing } = filmed;
+        let square =
+            PlateSquare { x: framing.x as f32, y: framing.y as f32, side: framing.side as f32 };
         Self::new(plate, mask, square, &frame.mask)
     }
 
@@ -224,12 +207,7 @@ impl Plate {
             let along = |row: usize| columns[i].sum(|column| [working.at(column, row)]);
             rows[j].sum(along)[0].clamp(0.0, 1.0)
         });
-        Self::new(
-            Image::filled(width, height, [1.0; 3]),
-            matte,
-            self.square,
-            working,
-        )
+        Self::new(Image::filled(width, height, [1.0; 3]), matte, self.square, working)
     }
 
     /// The plate as it was filmed, background included, to 11 bits: for what is measured and shown of it.
@@ -268,11 +246,7 @@ impl Plate {
 
     /// Whether light of `size` pixels has to be brought to this plate: not if both are the same picture.
     pub(crate) fn is_larger(&self, size: (usize, usize)) -> bool {
-        let whole = PlateSquare {
-            x: 0.0,
-            y: 0.0,
-            side: size.0 as f32,
-        };
+        let whole = PlateSquare { x: 0.0, y: 0.0, side: size.0 as f32 };
         (self.size(), self.square) != (size, whole)
     }
 
@@ -323,19 +297,10 @@ impl Plate {
         let lines = picture.pixels.par_chunks_mut(width);
         let lines = lines.zip(self.lit.pixels.par_chunks(width)).zip(rows);
         lines.with_min_len(8).for_each(|((line, lit), taps)| {
-            let near = taps
-                .places
-                .map(|row| wide[row * width..][..width].as_flattened());
+            let near = taps.places.map(|row| wide[row * width..][..width].as_flattened());
             vectorized(
                 #[inline(always)]
-                || {
-                    multiply(
-                        line.as_flattened_mut(),
-                        lit.as_flattened(),
-                        near,
-                        taps.shares,
-                    )
-                },
+                || multiply(line.as_flattened_mut(), lit.as_flattened(), near, taps.shares),
             );
         });
         picture
@@ -394,19 +359,12 @@ impl Nodes {
             let mean = |v: f32| if v > 0.0 { v / covered } else { 1.0 };
             light.map(mean)
         });
-        let mut look = Image {
-            width: size,
-            height: size,
-            pixels: look.collect(),
-        };
+        let mut look = Image { width: size, height: size, pixels: look.collect() };
         // At the subject's edge the sum of lamps shows the solid subject next to it, and so must the look: the ratio of
         // one thing under two lights says something, that of two things nothing.
         extend_edges(&mut look, working);
         let nodes = sources.zip(look.pixels);
-        Self {
-            size,
-            each: nodes.map(|(source, look)| Node { source, look }).collect(),
-        }
+        Self { size, each: nodes.map(|(source, look)| Node { source, look }).collect() }
     }
 
     /// r at every pixel.
@@ -424,18 +382,11 @@ impl Nodes {
     /// As the shader `plate` reads it: the look of each pixel, with its source as the fourth value.
     fn texels(&self) -> (Image, Mask) {
         let (width, height) = (self.size, self.size);
-        let looks = Image {
-            width,
-            height,
-            pixels: self.each.iter().map(|node| node.look).collect(),
-        };
+        let looks =
+            Image { width, height, pixels: self.each.iter().map(|node| node.look).collect() };
         // Whole numbers up to 2²⁴ are exact: working sizes up to 4096.
         let sources = self.each.iter().map(|node| node.source as f32);
-        let sources = Mask {
-            width,
-            height,
-            pixels: sources.collect(),
-        };
+        let sources = Mask { width, height, pixels: sources.collect() };
         (looks, sources)
     }
 }

@@ -24,13 +24,9 @@ impl FineLight for Stripes {
         let stripe = |x: usize, lamp: usize| ((x + lamp) % 3) as f32 - 1.0;
         let light = |x: usize, c: usize| -> f32 {
             let lamps = weights.iter().enumerate();
-            lamps
-                .map(|(lamp, weight)| weight[c] * stripe(x, lamp))
-                .sum()
+            lamps.map(|(lamp, weight)| weight[c] * stripe(x, lamp)).sum()
         };
-        Some(Raster::from_fn(width, height, |x, _| {
-            [0, 1, 2].map(|c| light(x, c))
-        }))
+        Some(Raster::from_fn(width, height, |x, _| [0, 1, 2].map(|c| light(x, c))))
     }
 
     fn bytes(&self) -> usize {
@@ -39,21 +35,13 @@ impl FineLight for Stripes {
 }
 
 fn whole(side: usize) -> PlateSquare {
-    PlateSquare {
-        x: 0.0,
-        y: 0.0,
-        side: side as f32,
-    }
+    PlateSquare { x: 0.0, y: 0.0, side: side as f32 }
 }
 
 /// A subject with texture finer than the working size, and what a light makes of it.
 fn albedo(x: usize, y: usize) -> [f32; 3] {
     let fine = ((x * 7919 + y * 104_729) % 101) as f32 / 101.0;
-    let stripe = if (x / 3 + y / 5).is_multiple_of(2) {
-        0.9
-    } else {
-        0.3
-    };
+    let stripe = if (x / 3 + y / 5).is_multiple_of(2) { 0.9 } else { 0.3 };
     [0.2 + 0.6 * fine, stripe, 0.5 * stripe + 0.3 * fine]
 }
 
@@ -83,18 +71,11 @@ impl Shot {
     fn of_side(side: usize, turn: f32) -> Self {
         let matte = disc(side);
         let plate = Raster::from_fn(side, side, albedo);
-        let truth = Raster::from_fn(side, side, |x, y| {
-            albedo(x, y).map(|v| v * light(x, y, side, turn))
-        });
+        let truth =
+            Raster::from_fn(side, side, |x, y| albedo(x, y).map(|v| v * light(x, y, side, turn)));
         let working = resize_area(&matte, SIZE, SIZE);
         let relit = summed(&truth, &matte, &working);
-        Self {
-            working,
-            plate,
-            matte,
-            truth,
-            relit,
-        }
+        Self { working, plate, matte, truth, relit }
     }
 
     fn plate(&self) -> Plate {
@@ -226,13 +207,9 @@ fn pictures_of_lamps_add_up_at_every_size_as_half_floats_keep_them() {
             let picture = plate.relit(&lit, &shot.working);
             let values = picture.pixels.as_flattened().iter();
             let brightest = values.clone().fold(0f32, |most, v| most.max(*v));
-            let apart = values
-                .zip(added.as_flattened())
-                .fold(0f32, |most, (a, b)| most.max((a - b).abs()));
-            assert!(
-                apart <= brightest / 2048.0,
-                "{side}: {apart} of {brightest}"
-            );
+            let apart =
+                values.zip(added.as_flattened()).fold(0f32, |most, (a, b)| most.max((a - b).abs()));
+            assert!(apart <= brightest / 2048.0, "{side}: {apart} of {brightest}");
         }
     }
     assert!(least < -0.01, "{least}: a clamp would not show");
@@ -256,21 +233,14 @@ fn the_square_may_be_anywhere_and_its_edge_goes_on() {
         Some((x, y)) => shot.matte.at(x, y),
         None => f32::from(y >= y0 + side),
     });
-    let square = PlateSquare {
-        x: x0 as f32,
-        y: y0 as f32,
-        side: side as f32,
-    };
+    let square = PlateSquare { x: x0 as f32, y: y0 as f32, side: side as f32 };
     let large = Plate::new(plate, matte, square, &shot.working).unwrap();
     assert!(large.is_larger((SIZE, SIZE)) && large.is_larger((side, side)));
     let picture = large.relit(&shot.relit, &shot.working);
     for (x, y) in [(30, 30), (20, 40), (40, 12)] {
         let (here, there) = (picture.at(x + x0, y + y0), inner.at(x, y));
         // The floor is a share of the mean of all of the subject.
-        assert!(
-            (0..3).all(|c| (here[c] - there[c]).abs() < 0.02 * there[c]),
-            "{here:?} {there:?}"
-        );
+        assert!((0..3).all(|c| (here[c] - there[c]).abs() < 0.02 * there[c]), "{here:?} {there:?}");
     }
     let below = picture.at(x0 + side / 2, height - 1);
     assert!(below.iter().all(|v| *v > 0.05), "{below:?}");
@@ -288,19 +258,10 @@ fn no_plate_makes_what_is_not_finite() {
     let all = Mask::filled(side, side, 1.0);
     for plate in [&holes, &black, &shot.plate] {
         for matte in [&open, &all, &shot.matte] {
-            for working in [
-                shot.working.clone(),
-                Mask::filled(SIZE, SIZE, 0.0),
-                Mask::filled(SIZE, SIZE, 1.0),
-            ] {
-                for square in [
-                    whole(side),
-                    PlateSquare {
-                        x: -100.0,
-                        y: 7.5,
-                        side: 3.0,
-                    },
-                ] {
+            for working in
+                [shot.working.clone(), Mask::filled(SIZE, SIZE, 0.0), Mask::filled(SIZE, SIZE, 1.0)]
+            {
+                for square in [whole(side), PlateSquare { x: -100.0, y: 7.5, side: 3.0 }] {
                     let plate = Plate::new(plate.clone(), matte.clone(), square, &working).unwrap();
                     let picture = plate.relit(&shot.relit, &working);
                     let fine = |v: &f32| v.abs() < 1e4;
@@ -314,12 +275,7 @@ fn no_plate_makes_what_is_not_finite() {
     let odd = Mask::filled(SIZE, SIZE + 1, 1.0);
     for (square, working) in [(whole(side), &odd), (whole(0), &shot.working)] {
         let refused = Plate::new(shot.plate.clone(), all.clone(), square, working);
-        assert!(
-            refused
-                .unwrap_err()
-                .to_string()
-                .contains("do not belong together")
-        );
+        assert!(refused.unwrap_err().to_string().contains("do not belong together"));
     }
 }
 
@@ -331,13 +287,7 @@ fn a_shrunk_plate_is_the_picture_shrunk() {
     assert_eq!(small.size(), (2 * SIZE, 2 * SIZE));
     let picture = resize_area(&plate.relit(&shot.relit, &shot.working), 2 * SIZE, 2 * SIZE);
     let small = small.relit(&shot.relit, &shot.working);
-    assert!(
-        error(
-            &small,
-            &picture,
-            &resize_area(&shot.matte, 2 * SIZE, 2 * SIZE)
-        ) < 0.02
-    );
+    assert!(error(&small, &picture, &resize_area(&shot.matte, 2 * SIZE, 2 * SIZE)) < 0.02);
 }
 
 /// A disc's plate of so many columns and rows.
@@ -351,13 +301,8 @@ fn a_composed_picture_has_the_plate_s_size_and_says_so() {
     let set = Set::new(SIZE);
     let side = 5 * SIZE;
     let plate = disc_plate(side, &set.mask);
-    let with = |plate| Ingredients {
-        extra: Extra {
-            plate,
-            ..Extra::default()
-        },
-        ..set.ingredients()
-    };
+    let with =
+        |plate| Ingredients { extra: Extra { plate, ..Extra::default() }, ..set.ingredients() };
     let said = |picture: &crate::Picture| picture.passes[Pass::Plate as usize].clone();
     for background in [Background::Environment, Background::None] {
         let scene = scene(background, Output::Display, 0.0);
@@ -369,13 +314,9 @@ fn a_composed_picture_has_the_plate_s_size_and_says_so() {
         assert_eq!(small.alpha.size(), (SIZE, SIZE));
         assert!(!said(&small).ran);
     }
-    let same = Plate::new(
-        Raster::from_fn(SIZE, SIZE, albedo),
-        set.mask.clone(),
-        whole(SIZE),
-        &set.mask,
-    )
-    .unwrap();
+    let same =
+        Plate::new(Raster::from_fn(SIZE, SIZE, albedo), set.mask.clone(), whole(SIZE), &set.mask)
+            .unwrap();
     let scene = scene(Background::Environment, Output::Display, 0.0);
     let plain = compose(&scene, &with(None)).unwrap();
     let shown = compose(&scene, &with(Some(&same))).unwrap();
@@ -392,19 +333,8 @@ fn fine_light_is_added_once_it_is_there() {
     assert_eq!(fine(None).bytes(), plate.bytes() + 7);
     let scene = scene(Background::None, Output::Linear, 0.0);
     let made = |plate: &Plate, draft: bool| {
-        let extra = Extra {
-            plate: Some(plate),
-            draft,
-            ..Extra::default()
-        };
-        compose(
-            &scene,
-            &Ingredients {
-                extra,
-                ..set.ingredients()
-            },
-        )
-        .unwrap()
+        let extra = Extra { plate: Some(plate), draft, ..Extra::default() };
+        compose(&scene, &Ingredients { extra, ..set.ingredients() }).unwrap()
     };
     let picture = |plate: &Plate| made(plate, false);
     let reason = |picture: &crate::Picture| picture.passes[Pass::Plate as usize].reason.clone();
@@ -417,11 +347,7 @@ fn fine_light_is_added_once_it_is_there() {
     // Stripes of no mean: pixels change, the whole hardly.
     let sum = |picture: &crate::Picture| {
         let linear = picture.linear.as_ref().unwrap();
-        linear
-            .pixels
-            .iter()
-            .map(|pixel| f64::from(pixel[1]))
-            .sum::<f64>()
+        linear.pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>()
     };
     assert_ne!(lit.linear, plain.linear);
     assert!((sum(&lit) / sum(&plain) - 1.0).abs() < 0.05);
@@ -450,17 +376,8 @@ fn what_has_no_detail_is_enlarged() {
     }
     assert_eq!(shot.plate().filmed().size(), (side, side));
     assert_eq!(shot.plate().working_pixel([7, 13]), Some([1, 3]));
-    let corner = PlateSquare {
-        x: 2.0,
-        ..whole(side)
-    };
-    let moved = Plate::new(
-        shot.plate.clone(),
-        shot.matte.clone(),
-        corner,
-        &shot.working,
-    )
-    .unwrap();
+    let corner = PlateSquare { x: 2.0, ..whole(side) };
+    let moved = Plate::new(shot.plate.clone(), shot.matte.clone(), corner, &shot.working).unwrap();
     assert_eq!(moved.working_pixel([1, 5]), None);
 }
 
@@ -476,11 +393,7 @@ fn a_gpu_makes_the_same_of_a_plate() {
             }),
             &working,
         );
-        let square = PlateSquare {
-            x: 0.25 * width as f32,
-            y: -3.0,
-            side: 0.8 * width as f32,
-        };
+        let square = PlateSquare { x: 0.25 * width as f32, y: -3.0, side: 0.8 * width as f32 };
         let plate = Plate::new(set.image.clone(), set.mask.clone(), square, &working).unwrap();
         let here = plate.relit(&relit, &working);
         let subject = set.passes.upload(&relit, &working).unwrap();
@@ -508,20 +421,14 @@ fn a_picture_of_a_field_on_a_gpu_is_that_of_memory() {
         return;
     };
     let set = Set::new(SIZE);
-    let Field::Memory(field) = &set.field else {
-        unreachable!("a set's field is in memory")
-    };
+    let Field::Memory(field) = &set.field else { unreachable!("a set's field is in memory") };
     let passes = Arc::new(PicturePasses::new(&device, &queue));
     let field: &ReflectanceField = field;
     let on_gpu = Field::Gpu(reflectance::FieldBuffer::upload(field, &device), passes);
     let plate = Plate::new(
         Raster::from_fn(90, 160, albedo),
         Mask::from_fn(90, 160, |x, y| disc(160).at(x + 35, y)),
-        PlateSquare {
-            x: -35.0,
-            y: 0.0,
-            side: 160.0,
-        },
+        PlateSquare { x: -35.0, y: 0.0, side: 160.0 },
         &set.mask,
     )
     .unwrap()
@@ -533,21 +440,14 @@ fn a_picture_of_a_field_on_a_gpu_is_that_of_memory() {
         let picture = |field| {
             let of = Ingredients {
                 field,
-                extra: Extra {
-                    plate: Some(&plate),
-                    ..Extra::default()
-                },
+                extra: Extra { plate: Some(&plate), ..Extra::default() },
                 ..set.ingredients()
             };
             compose(&scene, &of).unwrap().display.unwrap().0
         };
         let [here, there] = [&set.field, &on_gpu].map(picture);
         assert_eq!((here.size(), there.size()), ((90, 160), (90, 160)));
-        let pairs = here
-            .pixels
-            .iter()
-            .flatten()
-            .zip(there.pixels.iter().flatten());
+        let pairs = here.pixels.iter().flatten().zip(there.pixels.iter().flatten());
         let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0f32, f32::max);
         // One code, where dither rounds the other way.
         assert!(apart <= 1.01 / 255.0, "{apart}");

@@ -16,9 +16,7 @@ pub fn rgba(image: &Image, pixel: impl Fn(usize, [f32; 3]) -> [f32; 4] + Sync) -
     Rgba {
         width: image.width,
         height: image.height,
-        pixels: pixels
-            .map(|(i, p)| pixel(i, p.map(finite)).map(finite))
-            .collect(),
+        pixels: pixels.map(|(i, p)| pixel(i, p.map(finite)).map(finite)).collect(),
     }
 }
 
@@ -38,11 +36,7 @@ pub fn halve(fine: &Rgba) -> Rgba {
             }
         }
     });
-    Rgba {
-        width,
-        height,
-        pixels,
-    }
+    Rgba { width, height, pixels }
 }
 
 /// The fine pixels that a coarse one is the mean of, along one axis of `n` fine pixels, and their
@@ -55,12 +49,7 @@ fn taps(coarse: usize, n: usize) -> [(usize, f32); 4] {
         return [(before, 0.25), (at, 0.75), (at, 0.0), (at, 0.0)];
     }
     let after = (at + 2).min(n - 1);
-    [
-        (before, 0.125),
-        (at, 0.375),
-        (at + 1, 0.375),
-        (after, 0.125),
-    ]
+    [(before, 0.125), (at, 0.375), (at + 1, 0.375), (after, 0.125)]
 }
 
 /// Twice the size, bilinear, onto `fine`, whose halved size `coarse` has: `fine` · `keep` + doubled.
@@ -81,11 +70,7 @@ pub fn double_onto(coarse: &Rgba, fine: &mut Rgba, keep: f32) {
 
 /// The coarse pixel that a fine one takes a quarter of, along one axis of `n` coarse ones.
 fn neighbour(fine: usize, n: usize) -> usize {
-    if fine.is_multiple_of(2) {
-        (fine / 2).saturating_sub(1)
-    } else {
-        (fine / 2 + 1).min(n - 1)
-    }
+    if fine.is_multiple_of(2) { (fine / 2).saturating_sub(1) } else { (fine / 2 + 1).min(n - 1) }
 }
 
 #[inline(always)]

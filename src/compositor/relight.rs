@@ -33,9 +33,7 @@ const HALF_PLANES: usize = 8;
 
 /// The lamps whose weight is not zero in every channel.
 pub fn lit_lamps(weights: &[[f32; 3]]) -> Vec<usize> {
-    (0..weights.len())
-        .filter(|&lamp| weights[lamp] != [0.0; 3])
-        .collect()
+    (0..weights.len()).filter(|&lamp| weights[lamp] != [0.0; 3]).collect()
 }
 
 /// Per channel, the lamps among `lamps` that have energy there, with their weights.
@@ -228,12 +226,7 @@ pub(super) mod tests {
     pub fn noise_field(width: usize, height: usize, lamps: usize) -> ReflectanceField {
         let value = |i: usize| (i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
         let values = (0..lamps * 3 * width * height).map(value).collect();
-        ReflectanceField {
-            width,
-            height,
-            lamps,
-            values,
-        }
+        ReflectanceField { width, height, lamps, values }
     }
 
     fn all(weights: &[[f32; 3]]) -> Vec<usize> {
@@ -249,9 +242,8 @@ pub(super) mod tests {
     #[test]
     fn the_sum_agrees_with_one_in_double_precision() {
         let field = noise_field(61, 47, 41);
-        let mut weights: Vec<_> = (0..41)
-            .map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32])
-            .collect();
+        let mut weights: Vec<_> =
+            (0..41).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
         weights[17] = [1e6, 2e6, 3e6];
         let relit = relight(&field, &weights, &all(&weights));
         for (i, pixel) in relit.pixels.iter().enumerate() {
@@ -272,17 +264,10 @@ pub(super) mod tests {
     fn relighting_is_linear_in_the_light() {
         let field = noise_field(33, 65, 7);
         let (a, b) = (vec![[0.5, 0.25, 2.0]; 7], vec![[3.0, 0.0, 0.125]; 7]);
-        let both: Vec<[f32; 3]> = a
-            .iter()
-            .zip(&b)
-            .map(|(a, b)| std::array::from_fn(|c| a[c] + b[c]))
-            .collect();
+        let both: Vec<[f32; 3]> =
+            a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
         let mut sum = relight(&field, &a, &all(&a));
-        for (s, p) in sum
-            .pixels
-            .iter_mut()
-            .zip(relight(&field, &b, &all(&b)).pixels)
-        {
+        for (s, p) in sum.pixels.iter_mut().zip(relight(&field, &b, &all(&b)).pixels) {
             (0..3).for_each(|c| s[c] += p[c]);
         }
         assert!(relative(&sum, &relight(&field, &both, &all(&both)), 7.0 * 3.5) < 1e-6);
@@ -294,31 +279,16 @@ pub(super) mod tests {
         let weights = [[1.0; 3], [0.0; 3], [0.0, 0.5, 0.0], [0.0; 3], [2.0; 3]];
         let lit = lit_lamps(&weights);
         assert_eq!(lit, [0, 2, 4]);
-        assert_eq!(
-            relight(&field, &weights, &lit),
-            relight(&field, &weights, &all(&weights))
-        );
+        assert_eq!(relight(&field, &weights, &lit), relight(&field, &weights, &all(&weights)));
         field.values[3 * 256..6 * 256].fill(f32::NAN);
-        assert!(
-            relight(&field, &weights, &lit)
-                .pixels
-                .iter()
-                .flatten()
-                .all(|v| v.is_finite())
-        );
-        assert!(
-            relight(&field, &[[0.0; 3]; 5], &[])
-                .pixels
-                .iter()
-                .all(|&p| p == [0.0; 3])
-        );
+        assert!(relight(&field, &weights, &lit).pixels.iter().flatten().all(|v| v.is_finite()));
+        assert!(relight(&field, &[[0.0; 3]; 5], &[]).pixels.iter().all(|&p| p == [0.0; 3]));
     }
 
     /// The weights of a sun beside weak lamps and dark ones.
     fn sunny(lamps: usize) -> Vec<[f32; 3]> {
-        let mut weights: Vec<_> = (0..lamps)
-            .map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32])
-            .collect();
+        let mut weights: Vec<_> =
+            (0..lamps).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
         weights[lamps / 2] = [1e6, 2e6, 0.0];
         weights
     }
@@ -343,11 +313,7 @@ pub(super) mod tests {
         let weights = sunny(41);
         let half = relight_half(&HalfField::from(&field), &weights, &all(&weights));
         let full = relight(&field, &weights, &all(&weights));
-        let pairs = half
-            .pixels
-            .iter()
-            .flatten()
-            .zip(full.pixels.iter().flatten());
+        let pairs = half.pixels.iter().flatten().zip(full.pixels.iter().flatten());
         for (half, full) in pairs {
             // 2⁻¹¹ by the format; values and weights are positive. 41 additions round besides.
             assert!((half - full).abs() <= (0.5f32.powi(11) + 41.0 * 1.2e-7) * full);
@@ -369,11 +335,7 @@ pub(super) mod tests {
         let dark = relight_half(&half, &[[0.0; 3]; 3], &[]);
         assert!(dark.pixels.iter().all(|&p| p == [0.0; 3]));
         let nothing = HalfField::from(&noise_field(0, 0, 3));
-        assert!(
-            relight_half(&nothing, &weights, &all(&weights))
-                .pixels
-                .is_empty()
-        );
+        assert!(relight_half(&nothing, &weights, &all(&weights)).pixels.is_empty());
     }
 
     #[test]
@@ -383,10 +345,7 @@ pub(super) mod tests {
             let weights = vec![[weight, 2.0 * weight, 0.25]; 7];
             relight_half(&half, &weights, &all(&weights))
         };
-        for ((a, b), both) in (sum(0.5).pixels.iter())
-            .zip(&sum(1.5).pixels)
-            .zip(&sum(2.0).pixels)
-        {
+        for ((a, b), both) in (sum(0.5).pixels.iter()).zip(&sum(1.5).pixels).zip(&sum(2.0).pixels) {
             (0..2).for_each(|c| assert!((a[c] + b[c] - both[c]).abs() <= 1e-6 * both[c]));
         }
     }
@@ -395,23 +354,14 @@ pub(super) mod tests {
     fn all_components_of_a_field_give_its_pictures() {
         let field = noise_field(71, 61, 5);
         let compressed = CompressedField::of(&field, 0.0);
-        let weights = [
-            [1e4, 0.0, 2.0],
-            [0.0; 3],
-            [1.0; 3],
-            [0.5; 3],
-            [0.0, 3.0, 0.0],
-        ];
+        let weights = [[1e4, 0.0, 2.0], [0.0; 3], [1.0; 3], [0.5; 3], [0.0, 3.0, 0.0]];
         let here = relight_compressed(&compressed, &weights);
         let full = relight(&field, &weights, &all(&weights));
         // Per channel, in units of the brightest pixel.
         for c in 0..3 {
             let largest = full.pixels.iter().map(|p| p[c]).fold(0.0, f32::max);
             for (here, full) in here.pixels.iter().zip(&full.pixels) {
-                assert!(
-                    (here[c] - full[c]).abs() <= 1e-5 * largest,
-                    "{here:?} {full:?}"
-                );
+                assert!((here[c] - full[c]).abs() <= 1e-5 * largest, "{here:?} {full:?}");
             }
         }
         let dark = relight_compressed(&compressed, &[[0.0; 3]; 5]);

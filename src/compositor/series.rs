@@ -86,11 +86,7 @@ impl Series {
         (plate, mask): (&Image, &Mask),
         of: &Ingredients<'a>,
     ) -> Ingredients<'a> {
-        let key = (
-            of.extra.identity.frame,
-            scene.effects.view,
-            scene.viewing.clone(),
-        );
+        let key = (of.extra.identity.frame, scene.effects.view, scene.viewing.clone());
         self.grain = match self.grain.take() {
             _ if !scene.effects.asks(Pass::Grain) => None,
             Some(known) if known.0 == key => Some(known),
@@ -139,10 +135,7 @@ mod tests {
                 plate: Image::from_fn(64, 64, |_, _| [0.3 + noise(); 3]),
                 mask: Mask::filled(64, 64, 1.0),
                 environment: Environment::from_radiance("grey", Image::filled(8, 4, [0.5; 3])),
-                weights: LightWeights {
-                    per_lamp: vec![[0.5; 3]; 2],
-                    uncovered: 0.0,
-                },
+                weights: LightWeights { per_lamp: vec![[0.5; 3]; 2], uncovered: 0.0 },
             }
         }
 
@@ -161,10 +154,7 @@ mod tests {
                 view: CameraView::default(),
                 upstream: Upstream::default(),
                 extra: Extra {
-                    identity: Identity {
-                        frame,
-                        ..Identity::default()
-                    },
+                    identity: Identity { frame, ..Identity::default() },
                     ..Extra::default()
                 },
             }
@@ -173,11 +163,7 @@ mod tests {
         fn scene(frame: usize) -> Scene {
             Scene {
                 frame,
-                effects: Effects {
-                    smoothing: 0.8,
-                    grain: 1.0,
-                    ..Effects::default()
-                },
+                effects: Effects { smoothing: 0.8, grain: 1.0, ..Effects::default() },
                 ..Scene::default()
             }
         }
@@ -217,25 +203,16 @@ mod tests {
         let plate = (&clip.plate, &clip.mask);
         let mut series = Series::default();
         let of = clip.of(&field, 1);
-        series
-            .compose(&Clip::scene(0), plate, &of)
-            .expect("a picture with grain");
+        series.compose(&Clip::scene(0), plate, &of).expect("a picture with grain");
         let (key, grain) = series.grain.clone().unwrap();
         assert_eq!(key, (1, ViewTransform::Srgb, Viewing::default()));
         assert!(grain.most() > 0.0);
-        assert_eq!(
-            grain,
-            Grain::of_plate(&clip.plate, &clip.mask, &Scene::default())
-        );
+        assert_eq!(grain, Grain::of_plate(&clip.plate, &clip.mask, &Scene::default()));
         // Another plate under the same number is not looked at.
         let flat = Image::filled(64, 64, [0.3; 3]);
-        series
-            .compose(&Clip::scene(0), (&flat, &clip.mask), &of)
-            .unwrap();
+        series.compose(&Clip::scene(0), (&flat, &clip.mask), &of).unwrap();
         assert_eq!(series.grain, Some((key, grain)));
-        series
-            .compose(&Clip::scene(0), (&flat, &clip.mask), &clip.of(&field, 2))
-            .unwrap();
+        series.compose(&Clip::scene(0), (&flat, &clip.mask), &clip.of(&field, 2)).unwrap();
         assert_ne!(series.grain.as_ref().map(|(_, grain)| *grain), Some(grain));
         series.compose(&Scene::default(), plate, &of).unwrap();
         assert_eq!(series.grain, None);

@@ -20,11 +20,7 @@ pub struct ShownPicture {
 impl ShownPicture {
     /// A picture in memory.
     pub fn in_memory(picture: Picture) -> Self {
-        Self {
-            picture,
-            texture: None,
-            unread: None,
-        }
+        Self { picture, texture: None, unread: None }
     }
 
     pub(super) fn of(mut picture: Picture, finished: FinishedPicture) -> Self {
@@ -35,11 +31,7 @@ impl ShownPicture {
                 (None, None)
             }
         };
-        Self {
-            picture,
-            texture,
-            unread,
-        }
+        Self { picture, texture, unread }
     }
 
     /// Whether its pixels are in memory.

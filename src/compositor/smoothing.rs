@@ -78,11 +78,7 @@ impl Steady {
                 }
             })
         });
-        Ok(Self {
-            frame,
-            gain,
-            samples,
-        })
+        Ok(Self { frame, gain, samples })
     }
 
     /// The largest change that the gain makes, as a share of the light.
@@ -154,11 +150,7 @@ pub(super) mod tests {
     /// A subject of some texture at a level; its right third moves with the frame.
     fn frame(index: usize, level: f32) -> Field {
         let olat = Image::from_fn(48, 48, |x, y| {
-            let moving = if x > 32 {
-                (x * 7 + y + 13 * index) % 11
-            } else {
-                (x + 3 * y) % 7
-            };
+            let moving = if x > 32 { (x * 7 + y + 13 * index) % 11 } else { (x + 3 * y) % 7 };
             [level * (0.2 + 0.05 * moving as f32); 3]
         });
         ReflectanceField::from_olats(&[olat.clone(), olat]).into()
@@ -178,16 +170,10 @@ pub(super) mod tests {
 
     #[test]
     fn flicker_is_held_back_by_the_share_that_is_asked_for() {
-        let levels: Vec<f32> = (0..40)
-            .map(|i| if i % 2 == 0 { 1.0 } else { 1.06 })
-            .collect();
+        let levels: Vec<f32> = (0..40).map(|i| if i % 2 == 0 { 1.0 } else { 1.06 }).collect();
         let shown = |share| {
             let gains = gains(&levels, share);
-            levels
-                .iter()
-                .zip(gains)
-                .map(|(l, g)| l * g)
-                .collect::<Vec<_>>()
+            levels.iter().zip(gains).map(|(l, g)| l * g).collect::<Vec<_>>()
         };
         let jump = |shown: &[f32]| {
             let late = shown[20..].windows(2);

@@ -212,18 +212,14 @@ mod tests {
     use super::*;
     use scene::Viewing;
 
-    const CURVES: [ViewTransform; 3] = [
-        ViewTransform::Srgb,
-        ViewTransform::Filmic,
-        ViewTransform::Aces,
-    ];
+    const CURVES: [ViewTransform; 3] =
+        [ViewTransform::Srgb, ViewTransform::Filmic, ViewTransform::Aces];
 
     #[test]
     fn brighter_light_is_never_a_darker_code() {
         for curve in CURVES {
-            let ramp: Vec<f32> = (-140..80)
-                .map(|i| code([(i as f32 / 10.0).exp2(); 3], curve)[0])
-                .collect();
+            let ramp: Vec<f32> =
+                (-140..80).map(|i| code([(i as f32 / 10.0).exp2(); 3], curve)[0]).collect();
             for pair in ramp.windows(2) {
                 // The polynomial of the film curve wavers by this much in the deepest black.
                 assert!(pair[1] >= pair[0] - 5e-4, "{curve:?}: {pair:?}");
@@ -236,11 +232,7 @@ mod tests {
     fn a_viewing_exposure_reaches_into_what_clips_and_gamma_leaves_black_and_white() {
         let seen = |light: f32, exposure_stops: f32, gamma: f32| {
             let scene = Scene {
-                viewing: Viewing {
-                    exposure_stops,
-                    gamma,
-                    ..Viewing::default()
-                },
+                viewing: Viewing { exposure_stops, gamma, ..Viewing::default() },
                 ..Scene::default()
             };
             let codes = viewed(&Image::filled(1, 1, [light; 3]), &scene).0.pixels[0];
@@ -258,10 +250,7 @@ mod tests {
             assert!((0.0..=1.0).contains(&seen(hostile, 1.0, 2.0)), "{hostile}");
         }
         let filmic = Scene {
-            viewing: Viewing {
-                view: Some(ViewTransform::Filmic),
-                ..Viewing::default()
-            },
+            viewing: Viewing { view: Some(ViewTransform::Filmic), ..Viewing::default() },
             ..Scene::default()
         };
         let grey = Image::filled(1, 1, [0.7; 3]);
@@ -276,10 +265,7 @@ mod tests {
             assert!((grey[0] - wanted).abs() < 0.04, "{curve:?}: {grey:?}");
             for level in [0.001, 0.18, 1.0, 30.0] {
                 let [r, g, b] = code([level; 3], curve);
-                assert!(
-                    (r - g).abs() < 2e-3 && (b - g).abs() < 2e-3,
-                    "{curve:?}: {r} {g} {b}"
-                );
+                assert!((r - g).abs() < 2e-3 && (b - g).abs() < 2e-3, "{curve:?}: {r} {g} {b}");
             }
         }
     }
@@ -290,10 +276,7 @@ mod tests {
         for curve in [ViewTransform::Filmic, ViewTransform::Aces] {
             assert!(codes(2.0, curve) < codes(4.0, curve) - 0.01, "{curve:?}");
         }
-        assert_eq!(
-            codes(2.0, ViewTransform::Srgb),
-            codes(4.0, ViewTransform::Srgb)
-        );
+        assert_eq!(codes(2.0, ViewTransform::Srgb), codes(4.0, ViewTransform::Srgb));
         // A bright saturated light fades to white as on film.
         let blue = code([0.0, 0.0, 50.0], ViewTransform::Filmic);
         assert!(blue[0] > 0.2 && blue[2] > 0.9, "{blue:?}");
@@ -303,13 +286,8 @@ mod tests {
     fn hostile_light_has_codes() {
         for curve in CURVES {
             for value in [f32::NAN, f32::NEG_INFINITY, -1.0, 0.0, 1e6, f32::INFINITY] {
-                let codes = view(&Image::filled(1, 1, [value, 0.5, 0.0]), curve)
-                    .0
-                    .pixels[0];
-                assert!(
-                    codes.iter().all(|c| (0.0..=1.0).contains(c)),
-                    "{curve:?} {value}"
-                );
+                let codes = view(&Image::filled(1, 1, [value, 0.5, 0.0]), curve).0.pixels[0];
+                assert!(codes.iter().all(|c| (0.0..=1.0).contains(c)), "{curve:?} {value}");
             }
             assert!(code([f32::INFINITY; 3], curve).iter().all(|&c| c > 0.98));
         }

@@ -123,10 +123,7 @@ mod tests {
     }
 
     fn with(effects: Effects) -> Picture {
-        let scene = Scene {
-            effects,
-            ..scene(Background::Environment, Output::Display, 0.0)
-        };
+        let scene = Scene { effects, ..scene(Background::Environment, Output::Display, 0.0) };
         compose(&scene, &Set::new(64).ingredients()).unwrap()
     }
 
@@ -140,24 +137,14 @@ mod tests {
         let off = Effects::default();
         let plain = with(off);
         assert_eq!(report(&plain), (false, "off"));
-        let dark = with(Effects {
-            vignette: 0.5,
-            ..off
-        });
-        assert_eq!(
-            report(&dark),
-            (true, "the corners lose 50.0 % of their light")
-        );
+        let dark = with(Effects { vignette: 0.5, ..off });
+        assert_eq!(report(&dark), (true, "the corners lose 50.0 % of their light"));
         let [plain, dark] = [&plain, &dark].map(|picture| picture.light().at(0, 0)[2]);
         assert!((dark / plain - 0.5).abs() < 0.02, "{dark} of {plain}");
         // It is done to light: what inspects exposure sees it.
         let zones = |vignette| {
             let inspection = Inspection::FalseColor;
-            let effects = Effects {
-                vignette,
-                inspection,
-                ..off
-            };
+            let effects = Effects { vignette, inspection, ..off };
             with(effects).display
         };
         assert_ne!(zones(0.9), zones(0.0));
@@ -167,10 +154,7 @@ mod tests {
     fn skipping_a_loss_that_cannot_be_seen_stays_within_its_bound() {
         let set = Set::new(64);
         let scene = Scene {
-            effects: Effects {
-                vignette: UNSEEN,
-                ..Effects::default()
-            },
+            effects: Effects { vignette: UNSEEN, ..Effects::default() },
             ..scene(Background::Environment, Output::Display, 0.0)
         };
         let skipped = compose(&scene, &set.ingredients()).unwrap();
@@ -195,11 +179,7 @@ mod tests {
     fn forced_on_without_a_strength_it_changes_nothing_and_forced_off_it_is_skipped() {
         let forced = |vignette, run| {
             let forced = Forced::default().with(Pass::Vignette, Some(run));
-            with(Effects {
-                vignette,
-                forced,
-                ..Effects::default()
-            })
+            with(Effects { vignette, forced, ..Effects::default() })
         };
         let plain = with(Effects::default());
         let on = forced(0.0, true);

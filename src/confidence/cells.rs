@@ -12,10 +12,7 @@ const COVERED: f32 = 0.5;
 /// True for each cell that shows the subject.
 pub fn covered(mask: &Mask) -> Vec<bool> {
     let means = mean_of_cells(mask, |alpha| f64::from(*alpha));
-    means
-        .iter()
-        .map(|mean| *mean > f64::from(COVERED))
-        .collect()
+    means.iter().map(|mean| *mean > f64::from(COVERED)).collect()
 }
 
 /// The mean of a picture's values over each cell.
@@ -28,9 +25,7 @@ pub fn mean_of_cells<T: Copy>(picture: &Raster<T>, value: impl Fn(&T) -> f64) ->
         counts[cell] += 1;
     }
     let pairs = sums.into_iter().zip(counts);
-    pairs
-        .map(|(sum, count)| sum / count.max(1) as f64)
-        .collect()
+    pairs.map(|(sum, count)| sum / count.max(1) as f64).collect()
 }
 
 /// Squared differences of encoded values, clip(e·x, 0, 1)^(1/2.2), between pictures of one subject under each lamp.
@@ -46,27 +41,17 @@ impl Differences {
     /// Compares pictures with others, one factor for all making the sums equal, at the exposure e at which `evaluate`
     /// compares. Pixels outside the matte count as equal.
     pub fn of(pictures: &[Image], others: &[Image], mask: &Mask) -> Self {
-        let compared = Compared {
-            pictures,
-            truths: others,
-            mask,
-        };
+        let compared = Compared { pictures, truths: others, mask };
         let exposure = compared.exposure();
         let sum = |images: &[Image]| -> f64 {
             let pixels = images.par_iter().map(|image| {
                 let pairs = image.pixels.iter().zip(&mask.pixels);
-                pairs
-                    .map(|(p, alpha)| f64::from(alpha * p.iter().sum::<f32>()))
-                    .sum::<f64>()
+                pairs.map(|(p, alpha)| f64::from(alpha * p.iter().sum::<f32>())).sum::<f64>()
             });
             pixels.collect::<Vec<_>>().iter().sum()
         };
         let ratio = sum(others) / sum(pictures);
-        let scale = if ratio.is_finite() && ratio > 0.0 {
-            ratio
-        } else {
-            1.0
-        };
+        let scale = if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 };
         let code = |v: f64| (exposure * v).clamp(0.0, 1.0).powf(1.0 / 2.2);
         let alpha = mean_of_cells(mask, |alpha| f64::from(*alpha));
         let covered = alpha.iter().sum::<f64>().max(1e-6);
@@ -87,9 +72,7 @@ impl Differences {
         });
         Self {
             cells: cells.collect(),
-            lamps: (maps.iter())
-                .map(|map| map.iter().sum::<f64>() / covered)
-                .collect(),
+            lamps: (maps.iter()).map(|map| map.iter().sum::<f64>() / covered).collect(),
         }
     }
 }

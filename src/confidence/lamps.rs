@@ -35,16 +35,10 @@ impl LampShares {
         if lamps == 0 || poses.iter().any(|pose| pose.squared_errors.len() != lamps) {
             return None;
         }
-        let errors: Vec<Vec<f64>> = poses
-            .iter()
-            .map(|pose| shares(&pose.squared_errors))
-            .collect();
+        let errors: Vec<Vec<f64>> = poses.iter().map(|pose| shares(&pose.squared_errors)).collect();
         let has_spreads = poses.iter().all(|pose| pose.squared_spreads.len() == lamps);
         let spreads: Vec<Vec<f64>> = if has_spreads {
-            poses
-                .iter()
-                .map(|pose| shares(&pose.squared_spreads))
-                .collect()
+            poses.iter().map(|pose| shares(&pose.squared_spreads)).collect()
         } else {
             vec![vec![0.0; lamps]; poses.len()]
         };
@@ -65,24 +59,18 @@ impl LampShares {
         Some(Self {
             errors: usual_errors,
             spreads: usual_spreads,
-            slope: if slope.is_finite() {
-                slope.clamp(0.0, MOST_SLOPE)
-            } else {
-                0.0
-            },
+            slope: if slope.is_finite() { slope.clamp(0.0, MOST_SLOPE) } else { 0.0 },
         })
     }
 
     /// PSNR of each lamp's OLAT in decibels, of a picture's and of its squared spreads by lamp, if they are known.
     pub fn decibels(&self, picture_db: f64, squared_spreads: Option<&[f64]>) -> Vec<f64> {
-        let spreads = squared_spreads
-            .filter(|spreads| spreads.len() == self.errors.len())
-            .map(shares);
+        let spreads =
+            squared_spreads.filter(|spreads| spreads.len() == self.errors.len()).map(shares);
         let logs: Vec<f64> = (0..self.errors.len())
             .map(|lamp| {
-                let spread = spreads
-                    .as_ref()
-                    .map_or(0.0, |spreads| spreads[lamp] - self.spreads[lamp]);
+                let spread =
+                    spreads.as_ref().map_or(0.0, |spreads| spreads[lamp] - self.spreads[lamp]);
                 self.errors[lamp] + self.slope * spread
             })
             .collect();
@@ -96,17 +84,10 @@ impl LampShares {
 /// Logarithms of the roots of squares over the root of their mean.
 fn shares(squares: &[f64]) -> Vec<f64> {
     let usable = |square: &f64| {
-        if square.is_finite() {
-            square.max(LEAST)
-        } else {
-            LEAST
-        }
+        if square.is_finite() { square.max(LEAST) } else { LEAST }
     };
     let mean = squares.iter().map(usable).sum::<f64>() / squares.len().max(1) as f64;
-    squares
-        .iter()
-        .map(|square| 0.5 * (usable(square) / mean).ln())
-        .collect()
+    squares.iter().map(|square| 0.5 * (usable(square) / mean).ln()).collect()
 }
 
 #[cfg(test)]
@@ -117,20 +98,14 @@ mod tests {
     fn pose(unusual: [f64; 3]) -> LampErrors {
         let (pattern, usual) = ([1.0, 4.0, 0.5], [0.2, 0.1, 0.4]);
         LampErrors {
-            squared_errors: (0..3)
-                .map(|i| pattern[i] * f64::powf(unusual[i], 0.5))
-                .collect(),
+            squared_errors: (0..3).map(|i| pattern[i] * f64::powf(unusual[i], 0.5)).collect(),
             squared_spreads: (0..3).map(|i| usual[i] * unusual[i]).collect(),
         }
     }
 
     #[test]
     fn lamps_that_err_most_are_found_and_what_a_lamp_spread_tells_more() {
-        let poses = [
-            pose([1.0, 1.0, 1.0]),
-            pose([2.0, 0.5, 1.0]),
-            pose([0.4, 1.3, 2.0]),
-        ];
+        let poses = [pose([1.0, 1.0, 1.0]), pose([2.0, 0.5, 1.0]), pose([0.4, 1.3, 2.0])];
         let shares = LampShares::learn(&poses.iter().collect::<Vec<_>>()).unwrap();
         assert!((shares.slope - 0.5).abs() < 0.1, "{}", shares.slope);
         let usual = shares.decibels(30.0, None);
@@ -142,24 +117,14 @@ mod tests {
         assert!(spread[0] < usual[0] - 3.0, "{spread:?}");
         // Without spreads the pattern alone speaks; nothing is made of nothing, and NaN stays out.
         let plain: Vec<LampErrors> = (poses.iter())
-            .map(|pose| LampErrors {
-                squared_spreads: Vec::new(),
-                ..pose.clone()
-            })
+            .map(|pose| LampErrors { squared_spreads: Vec::new(), ..pose.clone() })
             .collect();
         let plain = LampShares::learn(&plain.iter().collect::<Vec<_>>()).unwrap();
         assert_eq!(plain.slope, 0.0);
         assert!(LampShares::learn(&[]).is_none());
-        let broken = LampErrors {
-            squared_errors: vec![f64::NAN, 0.0, 1.0],
-            squared_spreads: vec![0.0; 3],
-        };
+        let broken =
+            LampErrors { squared_errors: vec![f64::NAN, 0.0, 1.0], squared_spreads: vec![0.0; 3] };
         let broken = LampShares::learn(&[&broken, &poses[0]]).unwrap();
-        assert!(
-            broken
-                .decibels(30.0, Some(&[f64::NAN; 3]))
-                .iter()
-                .all(|db| db.is_finite())
-        );
+        assert!(broken.decibels(30.0, Some(&[f64::NAN; 3])).iter().all(|db| db.is_finite()));
     }
 }

@@ -20,9 +20,8 @@ pub fn missing<E>(
     let mut counts: Vec<usize> = frames.iter().map(Vec::len).collect();
     counts.sort_unstable();
     let usual = counts.get(counts.len() / 2).copied().unwrap_or(0);
-    let usable: Vec<usize> = (0..frames.len())
-        .filter(|&frame| 2 * frames[frame].len() > usual)
-        .collect();
+    let usable: Vec<usize> =
+        (0..frames.len()).filter(|&frame| 2 * frames[frame].len() > usual).collect();
     let distance = |frame: &Squares| root_mean(frame.iter().map(|(_, square)| *square));
     let mut chosen = Vec::new();
     while chosen.len() < count {

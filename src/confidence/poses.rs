@@ -53,10 +53,7 @@ fn over_alpha(values: &Mask, mask: &Mask) -> Vec<(usize, f64)> {
     let alpha = mean_of_cells(mask, |alpha| f64::from(*alpha));
     let means = mean_of_cells(values, |value| f64::from(*value));
     let shown = covered(mask).into_iter().enumerate();
-    shown
-        .filter(|(_, shown)| *shown)
-        .map(|(cell, _)| (cell, means[cell] / alpha[cell]))
-        .collect()
+    shown.filter(|(_, shown)| *shown).map(|(cell, _)| (cell, means[cell] / alpha[cell])).collect()
 }
 
 /// The signs of each cell that shows the subject.
@@ -66,10 +63,7 @@ pub fn signs(carried: &Carried, mask: &Mask) -> Vec<(usize, Sign)> {
     let pairs = squares.into_iter().zip(spreads);
     pairs
         .map(|((cell, square), (_, spread))| {
-            let sign = Sign {
-                distance: square.sqrt(),
-                spread: spread.max(0.0).sqrt(),
-            };
+            let sign = Sign { distance: square.sqrt(), spread: spread.max(0.0).sqrt() };
             (cell, sign)
         })
         .collect()
@@ -77,9 +71,8 @@ pub fn signs(carried: &Carried, mask: &Mask) -> Vec<(usize, Sign)> {
 
 /// Root mean square of cells.
 pub fn root_mean(squares: impl Iterator<Item = f64>) -> f32 {
-    let (sum, count) = squares.fold((0.0, 0usize), |(sum, count), square| {
-        (sum + square, count + 1)
-    });
+    let (sum, count) =
+        squares.fold((0.0, 0usize), |(sum, count), square| (sum + square, count + 1));
     (sum / count.max(1) as f64).sqrt() as f32
 }
 

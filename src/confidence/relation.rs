@@ -27,10 +27,7 @@ pub struct Sign {
 
 impl Sign {
     fn logs(&self) -> [f64; 2] {
-        [
-            self.distance.max(LEAST_DISTANCE).ln(),
-            self.spread.max(LEAST_ERROR).ln(),
-        ]
+        [self.distance.max(LEAST_DISTANCE).ln(), self.spread.max(LEAST_ERROR).ln()]
     }
 }
 
@@ -80,18 +77,15 @@ impl Relation {
             return None;
         }
         let mean = |of: &dyn Fn(&Logs) -> f64| -> f64 {
-            let means = logs
-                .iter()
-                .map(|cells| cells.iter().map(of).sum::<f64>() / cells.len() as f64);
+            let means =
+                logs.iter().map(|cells| cells.iter().map(of).sum::<f64>() / cells.len() as f64);
             means.sum::<f64>() / logs.len() as f64
         };
         let (x, y) = ([0, 1].map(|i| mean(&|c| c.0[i])), mean(&|c| c.1));
         let among = |i: usize, j: usize| mean(&|c| (c.0[i] - x[i]) * (c.0[j] - x[j]));
         let with = |i: usize| mean(&|c| (c.0[i] - x[i]) * (c.1 - y));
-        let slopes = slopes(
-            [[among(0, 0), among(0, 1)], [among(1, 0), among(1, 1)]],
-            [with(0), with(1)],
-        );
+        let slopes =
+            slopes([[among(0, 0), among(0, 1)], [among(1, 0), among(1, 1)]], [with(0), with(1)]);
         let mut found = Self {
             intercept: y - slopes[0] * x[0] - slopes[1] * x[1],
             slopes,
@@ -100,16 +94,13 @@ impl Relation {
             poses: logs.len(),
         };
         let of_cells = logs.iter().map(|cells| {
-            let mut ratios: Vec<f64> = (cells.iter())
-                .map(|(sign, e)| (e - found.log(*sign)).exp())
-                .collect();
+            let mut ratios: Vec<f64> =
+                (cells.iter()).map(|(sign, e)| (e - found.log(*sign)).exp()).collect();
             quantile(&mut ratios, share)
         });
         let of_cells: Vec<f64> = of_cells.collect();
         let of_frames = logs.iter().map(|cells| {
-            let said: f64 = (cells.iter())
-                .map(|(sign, _)| (2.0 * found.log(*sign)).exp())
-                .sum();
+            let said: f64 = (cells.iter()).map(|(sign, _)| (2.0 * found.log(*sign)).exp()).sum();
             let real: f64 = cells.iter().map(|(_, e)| (2.0 * e).exp()).sum();
             (real / said).sqrt()
         });
@@ -160,11 +151,7 @@ fn quantile(values: &mut [f64], share: f64) -> f64 {
 fn slopes(among: [[f64; 2]; 2], with: [f64; 2]) -> [f64; 2] {
     let alone = |i: usize| {
         let slope = with[i] / among[i][i];
-        let slope = if slope.is_finite() {
-            slope.clamp(0.0, MOST_SLOPE)
-        } else {
-            0.0
-        };
+        let slope = if slope.is_finite() { slope.clamp(0.0, MOST_SLOPE) } else { 0.0 };
         let mut slopes = [0.0; 2];
         slopes[i] = slope;
         slopes
@@ -183,8 +170,6 @@ fn slopes(among: [[f64; 2]; 2], with: [f64; 2]) -> [f64; 2] {
     if both.iter().all(|slope| (0.0..=MOST_SLOPE).contains(slope)) {
         candidates.push(both);
     }
-    let best = candidates
-        .into_iter()
-        .min_by(|a, b| rest(*a).total_cmp(&rest(*b)));
+    let best = candidates.into_iter().min_by(|a, b| rest(*a).total_cmp(&rest(*b)));
     best.unwrap_or_default()
 }

@@ -107,18 +107,15 @@ impl Judged {
         lamps: Option<&LampShares>,
         frames: &[PoseErrors],
     ) -> Option<Self> {
-        let frames: Vec<&PoseErrors> = (frames.iter())
-            .filter(|frame| !frame.signs.is_empty())
-            .collect();
+        let frames: Vec<&PoseErrors> =
+            (frames.iter()).filter(|frame| !frame.signs.is_empty()).collect();
         let cells = |frame: &PoseErrors| -> Vec<(Sign, f64)> {
             let pairs = frame.signs.iter().zip(&frame.squared_errors);
             pairs.map(|(sign, square)| (*sign, square.sqrt())).collect()
         };
         let within = |frame: &PoseErrors, which: usize| {
             let cells = cells(frame);
-            let holds = cells
-                .iter()
-                .filter(|(sign, e)| *e <= relation.cells(*sign)[which]);
+            let holds = cells.iter().filter(|(sign, e)| *e <= relation.cells(*sign)[which]);
             holds.count() as f64 / cells.len() as f64
         };
         let count = frames.len() as f64;
@@ -145,10 +142,8 @@ impl Judged {
                     of.squared_errors.iter().sum::<f64>() / of.squared_errors.len().max(1) as f64;
                 let spreads = (!of.squared_spreads.is_empty()).then_some(&of.squared_spreads[..]);
                 let said = lamps.decibels(0.0, spreads).into_iter();
-                let real = of
-                    .squared_errors
-                    .iter()
-                    .map(move |e| -10.0 * (e / mean).max(1e-9).log10());
+                let real =
+                    of.squared_errors.iter().map(move |e| -10.0 * (e / mean).max(1e-9).log10());
                 said.zip(real)
             });
             correlation(&frames.collect::<Vec<_>>())
@@ -271,12 +266,7 @@ impl ConfidenceReport {
     pub fn save(&self, project: &Project) -> Result<()> {
         let path = Self::path(project);
         std::fs::create_dir_all(folder(project)).map_err(|e| {
-            Error::io(
-                "write",
-                folder(project),
-                e,
-                "Check that the project's folder can be written",
-            )
+            Error::io("write", folder(project), e, "Check that the project's folder can be written")
         })?;
         let text = serde_json::to_string(self)
             .map_err(|e| Error::bug(format!("the confidence is no JSON: {e}")))?;
@@ -292,10 +282,7 @@ impl ConfidenceReport {
         if !path.exists() {
             return Ok(None);
         }
-        let remedy = (
-            "Remove the file and estimate again",
-            "afterlight confidence PROJECT",
-        );
+        let remedy = ("Remove the file and estimate again", "afterlight confidence PROJECT");
         let text = files::read_text(&path, files::MOST_TEXT)
             .map_err(|e| Error::io("read", &path, e, remedy))?;
         let found: Self = serde_json::from_str(&text).map_err(|e| {
@@ -303,11 +290,7 @@ impl ConfidenceReport {
         })?;
         if found.format != FORMAT {
             return Err(Error::invalid(
-                format!(
-                    "{} has format {}, not {FORMAT}",
-                    path.display(),
-                    found.format
-                ),
+                format!("{} has format {}, not {FORMAT}", path.display(), found.format),
                 remedy,
             ));
         }
@@ -426,9 +409,8 @@ impl ConfidenceReport {
 
     /// The median of the frames' expected PSNR.
     pub fn usual(&self) -> Option<f64> {
-        let mut all: Vec<f64> = (self.frames.iter())
-            .filter_map(|frame| Some(frame.expected?.psnr_db))
-            .collect();
+        let mut all: Vec<f64> =
+            (self.frames.iter()).filter_map(|frame| Some(frame.expected?.psnr_db)).collect();
         all.sort_unstable_by(f64::total_cmp);
         all.get(all.len() / 2).copied()
     }

@@ -35,11 +35,7 @@ pub struct ConfidenceSettings {
 
 impl Default for ConfidenceSettings {
     fn default() -> Self {
-        Self {
-            poses: 3,
-            every: None,
-            truth: None,
-        }
+        Self { poses: 3, every: None, truth: None }
     }
 }
 
@@ -65,12 +61,7 @@ pub fn confidence(
         ));
     }
     let transfer = Transfer::open(project, &calibration)?;
-    let estimate = Estimate {
-        project,
-        calibration: &calibration,
-        transfer: &transfer,
-        progress,
-    };
+    let estimate = Estimate { project, calibration: &calibration, transfer: &transfer, progress };
     let report = estimate.report(settings)?;
     report.save(project)?;
     Ok(report)
@@ -85,22 +76,16 @@ struct Estimate<'a> {
 
 impl Estimate<'_> {
     fn report(&self, settings: &ConfidenceSettings) -> Result<ConfidenceReport> {
-        let poses = self.each(
-            "predicting poses",
-            self.project.settings.shoot.poses.len(),
-            |pose| {
+        let poses =
+            self.each("predicting poses", self.project.settings.shoot.poses.len(), |pose| {
                 let shown = Photographed::load(self.project, self.calibration, pose)?;
                 let carried = self.transfer.without(pose).carry(&shown.frame);
                 Ok(errors(&carried, &shown))
-            },
-        )?;
+            })?;
         let far =
             |pose: &PoseErrors| root_mean(pose.signs.iter().map(|sign| sign.distance.powi(2)));
         let frames = self.project.settings.shoot.frames.len();
-        let every = settings
-            .every
-            .unwrap_or(frames.div_ceil(MOST_FRAMES))
-            .max(1);
+        let every = settings.every.unwrap_or(frames.div_ceil(MOST_FRAMES)).max(1);
         let distances = poses.iter().map(far).collect();
         let mut report = ConfidenceReport::new(self.project, self.calibration, distances, every)?;
         report.relation = Relation::learn(&poses, SAID_SHARE);
@@ -126,14 +111,8 @@ impl Estimate<'_> {
                 chosen = Some((farthest, self.frame(wanted[farthest])?));
             }
             let frame = self.frame(wanted[place])?;
-            let apart = chosen
-                .iter()
-                .map(|(_, chosen)| self.transfer.apart(&frame, chosen));
-            Ok::<_, Error>(
-                apart
-                    .flat_map(|unlike| squares(&unlike, &frame.mask))
-                    .collect(),
-            )
+            let apart = chosen.iter().map(|(_, chosen)| self.transfer.apart(&frame, chosen));
+            Ok::<_, Error>(apart.flat_map(|unlike| squares(&unlike, &frame.mask)).collect())
         })?;
         report.missing = places.into_iter().map(|place| wanted[place]).collect();
         Ok(report)
@@ -168,9 +147,8 @@ impl Estimate<'_> {
         lamps: Option<&LampShares>,
     ) -> Result<Option<Judged>> {
         let truth = Truth::open(self.project, folder)?;
-        let frames: Vec<usize> = (truth.frames.iter().copied())
-            .filter(|&frame| truth.has_olats(frame))
-            .collect();
+        let frames: Vec<usize> =
+            (truth.frames.iter().copied()).filter(|&frame| truth.has_olats(frame)).collect();
         let found = self.each("comparing with the truth", frames.len(), |place| {
             let shown = Photographed {
                 frame: self.frame(frames[place])?,
@@ -201,10 +179,7 @@ fn looked_at(report: &ConfidenceReport, frame: &Frame, carried: &Carried) -> Fra
         return found;
     };
     let decibels = relation.decibels(signs.iter().map(|(_, sign)| *sign));
-    found.expected = decibels.map(|[psnr_db, at_least_db]| Expected {
-        psnr_db,
-        at_least_db,
-    });
+    found.expected = decibels.map(|[psnr_db, at_least_db]| Expected { psnr_db, at_least_db });
     found.errors = vec![0.0; SIDE * SIDE];
     for (cell, sign) in signs {
         found.errors[cell] = relation.cells(sign)[0] as f32;

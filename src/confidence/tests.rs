@@ -17,10 +17,8 @@ fn the_frame_farthest_from_all_is_missed_first_and_bad_mattes_are_not() {
         (0..9).map(|cell| (cell, distance * distance)).collect()
     };
     let places: [f64; 5] = [0.5, 4.0, 3.9, -2.0, 0.9];
-    let mut frames: Vec<_> = places
-        .iter()
-        .map(|place| at(place.abs().min((place - 1.0).abs())))
-        .collect();
+    let mut frames: Vec<_> =
+        places.iter().map(|place| at(place.abs().min((place - 1.0).abs()))).collect();
     // A matte that shows a corner alone.
     frames.push(at(99.0)[..3].to_vec());
     let apart = |a: usize, b: usize| Ok::<_, ()>(at(places[a] - places[b]));
@@ -28,18 +26,13 @@ fn the_frame_farthest_from_all_is_missed_first_and_bad_mattes_are_not() {
     assert_eq!(missing(frames, 0, apart), Ok(Vec::new()));
     let known = vec![at(0.0), at(0.0)];
     assert_eq!(missing(known, 3, apart), Ok(Vec::new()));
-    let refused = missing(vec![at(1.0), at(2.0)], 2, |_, _| {
-        Err("a stop was asked for")
-    });
+    let refused = missing(vec![at(1.0), at(2.0)], 2, |_, _| Err("a stop was asked for"));
     assert_eq!(refused, Err("a stop was asked for"));
 }
 
 /// A cell at a distance, with a spread of 1.
 fn far(distance: f64) -> Sign {
-    Sign {
-        distance,
-        spread: 1.0,
-    }
+    Sign { distance, spread: 1.0 }
 }
 
 /// Poses whose errors follow a law, each with a factor of its own.
@@ -64,10 +57,7 @@ fn with_spreads(
                 .map(|(i, d)| (factor * law(*d, spread(i)) * noise(i)).powi(2))
                 .collect(),
             signs: (distances.iter().enumerate())
-                .map(|(i, distance)| Sign {
-                    distance: *distance,
-                    spread: spread(i),
-                })
+                .map(|(i, distance)| Sign { distance: *distance, spread: spread(i) })
                 .collect(),
             lamps: LampErrors::default(),
         }
@@ -131,18 +121,12 @@ fn what_was_said_is_counted_where_little_and_where_much_was_said() {
     let alike = Judged::of(&relation, None, &poses_of(|d| 0.02 * d.powf(0.8), &[1.0])).unwrap();
     for quarter in alike.quarters {
         let [usual, promised] = quarter.within;
-        assert!(
-            (0.6..0.95).contains(&usual) && promised >= usual,
-            "{quarter:?}"
-        );
+        assert!((0.6..0.95).contains(&usual) && promised >= usual, "{quarter:?}");
     }
     let cells: usize = alike.quarters.iter().map(|quarter| quarter.cells).sum();
     assert_eq!(cells, 200);
     let said = alike.quarters.map(|quarter| quarter.said);
-    assert!(
-        said.windows(2).all(|pair| pair[0][1] <= pair[1][0]),
-        "{said:?}"
-    );
+    assert!(said.windows(2).all(|pair| pair[0][1] <= pair[1][0]), "{said:?}");
     // Frames that are as wrong near the poses as far from them: the mean over all cells hides it.
     let even = Judged::of(&relation, None, &poses_of(|_| 0.02, &[1.0])).unwrap();
     let [near, .., far] = even.quarters.map(|quarter| quarter.within[0]);
@@ -179,11 +163,7 @@ fn errors_are_those_of_the_measure() {
     for (i, pixel) in other[0].pixels.iter_mut().enumerate() {
         *pixel = pixel.map(|v| v * (1.0 + 0.2 * noise(3 * i)));
     }
-    let compared = evaluation::metrics::Compared {
-        pictures: &other,
-        truths: &truth,
-        mask: &mask,
-    };
+    let compared = evaluation::metrics::Compared { pictures: &other, truths: &truth, mask: &mask };
     let Differences { cells, lamps } = Differences::of(&other, &truth, &mask);
     let covered = mean_of_cells(&mask, |alpha| f64::from(*alpha));
     let inside = cells.iter().zip(&covered).filter(|(_, a)| **a > 0.0);
@@ -193,11 +173,7 @@ fn errors_are_those_of_the_measure() {
     assert!(lamps[0] > 100.0 * lamps[1], "{lamps:?}");
     assert!((0.5 * (lamps[0] + lamps[1]) / mean - 1.0).abs() < 1e-6);
     let db = evaluation::metrics::psnr(&[compared]).unwrap().mean_db;
-    assert!(
-        (db + 10.0 * mean.log10()).abs() < 0.05,
-        "{db} {}",
-        -10.0 * mean.log10()
-    );
+    assert!((db + 10.0 * mean.log10()).abs() < 0.05, "{db} {}", -10.0 * mean.log10());
 }
 
 #[test]
@@ -213,60 +189,38 @@ fn a_small_shoot_has_its_confidence_which_ages_with_the_calibration() {
     assert!(ConfidenceReport::load(&project).unwrap().is_none());
     let report = confidence(&project, &settings, &silent).unwrap();
     let poses = project.settings.shoot.poses.len();
-    assert_eq!(
-        (report.pose_distances.len(), report.left_out.len()),
-        (poses, poses)
-    );
+    assert_eq!((report.pose_distances.len(), report.left_out.len()), (poses, poses));
     assert_eq!((report.frames.len(), report.missing.len()), (3, 2));
     assert_eq!(report.relation.unwrap().poses, poses);
     for frame in &report.frames {
         let expected = frame.expected.unwrap();
         assert!(expected.psnr_db.is_finite() && expected.at_least_db <= expected.psnr_db);
         assert!(frame.pose.is_some_and(|pose| pose < poses) && frame.distance > 0.0);
-        assert_eq!(
-            (frame.cells.len(), frame.errors.len()),
-            (SIDE * SIDE, SIDE * SIDE)
-        );
+        assert_eq!((frame.cells.len(), frame.errors.len()), (SIDE * SIDE, SIDE * SIDE));
         assert_eq!(frame.lamps.len(), project.settings.shoot.lamps.len());
         assert!(frame.worst_lamp().unwrap().1 <= expected.psnr_db as f32);
     }
-    assert!(
-        report.sentence().contains("dB expected"),
-        "{}",
-        report.sentence()
-    );
+    assert!(report.sentence().contains("dB expected"), "{}", report.sentence());
     // A promise for frames like the poses, under light that the lamps have.
     let promises = |far: f32, uncovered: f32| {
         let mut report = report.clone();
         (report.far, report.uncovered) = (far, uncovered);
-        let promised = report
-            .frames
-            .iter()
-            .filter_map(|frame| report.promised(frame));
+        let promised = report.frames.iter().filter_map(|frame| report.promised(frame));
         (promised.count(), report.sentence())
     };
     let (all, sentence) = promises(f32::MAX, 0.0);
     assert!(all == 3 && sentence.contains("at least"), "{sentence}");
     let (none, sentence) = promises(f32::MAX, 0.3);
-    assert!(
-        none == 0 && sentence.contains("They may be worse: 30 %"),
-        "{sentence}"
-    );
+    assert!(none == 0 && sentence.contains("They may be worse: 30 %"), "{sentence}");
     let (none, sentence) = promises(0.0, 0.0);
-    assert!(
-        none == 0 && sentence.contains("It may be worse"),
-        "{sentence}"
-    );
+    assert!(none == 0 && sentence.contains("It may be worse"), "{sentence}");
     let judged = report.judged.unwrap();
     assert!(judged.frames > 0 && judged.correlation.is_finite());
     let worst = report.worst_olats();
     assert!(worst.len() == 3 && worst.windows(2).all(|pair| pair[0].2 <= pair[1].2));
     let (kept, fits) = ConfidenceReport::load(&project).unwrap().unwrap();
     assert!(fits);
-    assert_eq!(
-        (&kept.missing, kept.sentence()),
-        (&report.missing, report.sentence())
-    );
+    assert_eq!((&kept.missing, kept.sentence()), (&report.missing, report.sentence()));
     let again = confidence(&project, &settings, &silent).unwrap();
     assert_eq!(again.left_out, report.left_out);
 

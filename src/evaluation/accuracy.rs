@@ -112,18 +112,9 @@ fn working_size() -> PictureSize {
 /// # Errors
 /// Names the frames and the option that keeps them out.
 pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Result<()> {
-    let list = |frames: &[usize]| {
-        frames
-            .iter()
-            .map(usize::to_string)
-            .collect::<Vec<_>>()
-            .join(",")
-    };
-    let seen: Vec<usize> = truth_frames
-        .iter()
-        .copied()
-        .filter(|f| training_frames.contains(f))
-        .collect();
+    let list = |frames: &[usize]| frames.iter().map(usize::to_string).collect::<Vec<_>>().join(",");
+    let seen: Vec<usize> =
+        truth_frames.iter().copied().filter(|f| training_frames.contains(f)).collect();
     if seen.is_empty() {
         return Ok(());
     }
@@ -134,10 +125,7 @@ pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Resu
         ),
         (
             "Train again without them",
-            format!(
-                "afterlight train PROJECT --fresh --exclude-frames {}",
-                list(truth_frames)
-            ),
+            format!("afterlight train PROJECT --fresh --exclude-frames {}", list(truth_frames)),
         ),
     ))
 }
@@ -158,15 +146,7 @@ pub fn score(
     progress: &Progress,
 ) -> Result<Scores> {
     let weights = truth_weights(project, calibration, truth, weighting)?;
-    score_under(
-        project,
-        calibration,
-        truth,
-        &weights,
-        (method, at),
-        predict,
-        progress,
-    )
+    score_under(project, calibration, truth, &weights, (method, at), predict, progress)
 }
 
 /// The lamps' weights under each environment of the truth.
@@ -201,16 +181,7 @@ pub fn score_under(
     predict: &mut dyn FnMut(&Frame, bool) -> Result<Predicted>,
     progress: &Progress,
 ) -> Result<Scores> {
-    compare(
-        project,
-        calibration,
-        truth,
-        weights,
-        method,
-        predict,
-        progress,
-    )?
-    .scores()
+    compare(project, calibration, truth, weights, method, predict, progress)?.scores()
 }
 
 impl Predicted {
@@ -285,10 +256,7 @@ mod tests {
         let settings = ImportSettings { size: 128, seed: 0 };
         let project = import(folder.path(), &shoot, &settings, &Progress::silent()).unwrap();
         let calibration = Calibration {
-            response: Response::Dual(DualGamma {
-                gamma1: facts.g1,
-                gamma2: facts.g2,
-            }),
+            response: Response::Dual(DualGamma { gamma1: facts.g1, gamma2: facts.g2 }),
             exposure: 1.0,
             interview_weights: facts.weights_linear_interview_per_olat,
             stand_in: None,
@@ -344,9 +312,7 @@ mod tests {
     #[test]
     fn a_truth_frame_in_the_training_set_is_named_with_the_remedy() {
         assert!(excluded_check(&[0, 1, 2], &[5, 14]).is_ok());
-        let error = excluded_check(&[0, 5, 14, 20], &[5, 14, 25])
-            .unwrap_err()
-            .for_terminal();
+        let error = excluded_check(&[0, 5, 14, 20], &[5, 14, 25]).unwrap_err().for_terminal();
         assert!(
             error.contains("truth frames 5,14,") && error.contains("--exclude-frames 5,14,25"),
             "{error}"

@@ -72,15 +72,9 @@ pub fn compare(
         let (frame, filmed) = Frame::load_filmed(project, &calibration.response, index)?;
         let filmed = filmed.shown(at);
         let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
-        let matte = plate
-            .as_ref()
-            .map_or(&frame.mask, |plate| &plate.matte)
-            .clone();
-        let true_olats = if truth.has_olats(index) {
-            Some(truth.olats_at(index, at)?)
-        } else {
-            None
-        };
+        let matte = plate.as_ref().map_or(&frame.mask, |plate| &plate.matte).clone();
+        let true_olats =
+            if truth.has_olats(index) { Some(truth.olats_at(index, at)?) } else { None };
         let began = Instant::now();
         let predicted = match (&nearest, method, &true_olats) {
             (Some(nearest), ..) => Predicted::Field(nearest.field(&frame)?, None),
@@ -94,12 +88,8 @@ pub fn compare(
             Predicted::Pictures(pictures) => pictures.picture_ms,
         });
         let measured = |set: &mut Vec<FramePictures>, pictures, truths| {
-            let mut measured = FramePictures {
-                frame: index,
-                mask: matte.clone(),
-                pictures,
-                truths,
-            };
+            let mut measured =
+                FramePictures { frame: index, mask: matte.clone(), pictures, truths };
             measured.shrink_to_truth();
             set.push(measured);
         };
@@ -108,9 +98,7 @@ pub fn compare(
             Predicted::Field(_, fine) => fine.clone(),
             Predicted::Pictures(_) => None,
         };
-        let plate = plate
-            .filter(|_| !limit)
-            .map(|plate| FineField::on(fine, plate));
+        let plate = plate.filter(|_| !limit).map(|plate| FineField::on(fine, plate));
         let plate = plate.as_ref();
         for (name, weights) in weights {
             let picture = predicted.relit(name, weights)?;
@@ -123,22 +111,11 @@ pub fn compare(
         if let (Some(truths), Some(predicted)) = (true_olats, predicted.olats()) {
             let lamps = single_lamps(truths.len());
             let shown = |(olat, lamp): (Image, &Vec<_>)| at_plate(olat, (plate, &frame.mask), lamp);
-            measured(
-                &mut olats,
-                predicted.zip(&lamps).map(shown).collect(),
-                truths,
-            );
+            measured(&mut olats, predicted.zip(&lamps).map(shown).collect(), truths);
         }
     }
     progress.step("evaluate", frames.len() as u64, frames.len() as u64, "");
-    Ok(Comparison {
-        method,
-        at,
-        frames,
-        relit,
-        olats,
-        times,
-    })
+    Ok(Comparison { method, at, frames, relit, olats, times })
 }
 
 impl Comparison {
@@ -166,9 +143,7 @@ impl Comparison {
             let found = psnr_of(set)?;
             let regions: Vec<RegionScore> = regions(&compared(set), found.scale);
             scores.relit_psnr_db.insert(name.clone(), found.mean_db);
-            scores
-                .relit_psnr_by_frame_db
-                .insert(name.clone(), found.frames_db);
+            scores.relit_psnr_by_frame_db.insert(name.clone(), found.frames_db);
             scores.relit_regions.insert(name.clone(), regions);
         }
         if !self.olats.is_empty() {
@@ -198,10 +173,7 @@ impl Comparison {
                     let mut picture = picture.clone();
                     extend_edges(&mut picture, &shown.mask);
                     let codes = encoded(&picture, &shown.mask, gain as f32);
-                    write_png(
-                        &folder.join(format!("{name}-{}{of}.png", shown.frame)),
-                        &codes,
-                    )
+                    write_png(&folder.join(format!("{name}-{}{of}.png", shown.frame)), &codes)
                 };
                 write(&shown.pictures[0], exposure * scale, "")?;
                 write(&shown.truths[0], exposure, "-truth")?;
@@ -256,11 +228,7 @@ impl FramePictures {
         }
     }
     fn compared(&self) -> Compared<'_> {
-        Compared {
-            pictures: &self.pictures,
-            truths: &self.truths,
-            mask: &self.mask,
-        }
+        Compared { pictures: &self.pictures, truths: &self.truths, mask: &self.mask }
     }
 }
 
@@ -303,12 +271,7 @@ mod tests {
     fn pictures_are_written_as_they_are_measured() -> Result<()> {
         let folder = tempfile::tempdir().unwrap();
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-        let stage = StageSettings {
-            frames: 4,
-            size: 32,
-            lamps: 8,
-            ..StageSettings::default()
-        };
+        let stage = StageSettings { frames: 4, size: 32, lamps: 8, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent)?;
         let settings = ImportSettings { size: 32, seed: 0 };
         let mut project = import(&folder.path().join("project"), &shoot, &settings, &silent)?;
@@ -344,15 +307,9 @@ mod tests {
                 let mean = errors.iter().sum::<f64>() / errors.len() as f64;
                 let shown = -10.0 * mean.log10();
                 // Codes of 8 bits, and mattes a little below 1.
-                assert!(
-                    (shown - measured).abs() < 0.2,
-                    "{name} {frame}: {shown} {measured}"
-                );
+                assert!((shown - measured).abs() < 0.2, "{name} {frame}: {shown} {measured}");
             }
-            let shares: f64 = scores.relit_regions[name]
-                .iter()
-                .map(|part| part.share)
-                .sum();
+            let shares: f64 = scores.relit_regions[name].iter().map(|part| part.share).sum();
             assert!((shares - 1.0).abs() < 1e-9);
         }
         assert!(scores.relit_psnr_by_frame_db.len() > 1);

@@ -51,9 +51,7 @@ mod tests {
             |x: usize, linear: f32| (codes.at(x, 0)[0] - srgb_from_linear(linear)).abs() < 1e-4;
         assert!(near(0, 0.18) && near(2, 0.09) && near(3, 0.0), "{codes:?}");
         assert_eq!(
-            display_picture(&olat(0.0), &mask, display_gain([].iter(), &mask))
-                .0
-                .at(0, 0),
+            display_picture(&olat(0.0), &mask, display_gain([].iter(), &mask)).0.at(0, 0),
             [0.0; 3]
         );
     }

@@ -107,21 +107,13 @@ pub fn evaluate(
     let weights = truth_weights(project, &calibration, &truth, settings.weighting)?;
     let asks_olats = truth.frames.iter().any(|&frame| truth.has_olats(frame));
     let compared = |method: Method| -> Result<(Comparison, Option<Spent>)> {
-        let effort = Effort {
-            minutes,
-            steps: None,
-            seed: settings.seed.unwrap_or(project.settings.seed),
-        };
+        let effort =
+            Effort { minutes, steps: None, seed: settings.seed.unwrap_or(project.settings.seed) };
         let learn = || {
             let from = (project, &calibration);
-            Learnt::learn(
-                method, from, &weights, asks_olats, &effort, &compute, progress,
-            )
+            Learnt::learn(method, from, &weights, asks_olats, &effort, &compute, progress)
         };
-        let learnt = method
-            .learns()
-            .then(|| compute.guarded(learn))
-            .transpose()?;
+        let learnt = method.learns().then(|| compute.guarded(learn)).transpose()?;
         let mut predict = |frame: &Frame, olats| match (&learnt, &predictor) {
             (Some(learnt), _) => Ok(Predicted::Pictures(learnt.predict(frame, olats)?)),
             (None, Some(predictor)) => {
@@ -182,10 +174,7 @@ pub fn evaluate(
         let light = project.settings.size;
         let title = match settings.at {
             PictureSize::Square => format!("{} at {width} × {height}", project.settings.name),
-            _ => format!(
-                "{} at {width} × {height}, light at {light}",
-                project.settings.name
-            ),
+            _ => format!("{} at {width} × {height}, light at {light}", project.settings.name),
         };
         write_section(path, &title, &markdown(&rows))?;
     }
@@ -197,10 +186,7 @@ pub fn evaluate(
             Method::Prediction => &scores,
             _ => &scores_of(Method::Prediction)?.0,
         };
-        write_png(
-            path,
-            &worst(project, &calibration, &truth, predictor, scores)?,
-        )?;
+        write_png(path, &worst(project, &calibration, &truth, predictor, scores)?)?;
     }
     let flicker = match &predictor {
         Some(predictor) if settings.method.predicts() => {
@@ -277,10 +263,7 @@ fn predicted(
 fn training_of(predictor: &OlatPredictor, method: Method) -> Option<Spent> {
     let uses = matches!(method, Method::Network | Method::Prediction);
     let info = predictor.network().filter(|_| uses)?.info();
-    Some(Spent {
-        steps: info.step,
-        seconds: info.seconds,
-    })
+    Some(Spent { steps: info.step, seconds: info.seconds })
 }
 
 /// How long methods may learn that learn now, in minutes: as asked, or as long as the project's network did.
@@ -294,10 +277,7 @@ pub fn learning_minutes(project: &Project, asked: Option<f64>) -> f64 {
 /// What a training cost, in words.
 fn cost(spent: Spent, device: &str) -> String {
     let minutes = spent.seconds / 60.0;
-    format!(
-        "{minutes:.1} min of training, {} steps, {device}",
-        spent.steps
-    )
+    format!("{minutes:.1} min of training, {} steps, {device}", spent.steps)
 }
 
 fn row<'a>(scores: &'a Scores, trained: &'a str) -> Row<'a> {
@@ -362,19 +342,13 @@ impl OlatPictures {
             let show = |olat| display_picture(olat, &frame.mask, gain);
             olats.iter().map(show).collect()
         };
-        Ok(Self {
-            predicted: all(&predicted),
-            truth: all(&truth.olats(frame.index)?),
-        })
+        Ok(Self { predicted: all(&predicted), truth: all(&truth.olats(frame.index)?) })
     }
 }
 
 /// Lays labelled pictures out in rows of `columns`.
 fn sheet_of(tiles: &[(String, Encoded)], columns: usize) -> Result<Encoded> {
-    let tiles: Vec<Tile> = tiles
-        .iter()
-        .map(|(label, picture)| Tile { label, picture })
-        .collect();
+    let tiles: Vec<Tile> = tiles.iter().map(|(label, picture)| Tile { label, picture }).collect();
     contact_sheet(&tiles, columns)
 }
 
@@ -386,12 +360,8 @@ fn sheet(
     predictor: &OlatPredictor,
 ) -> Result<Encoded> {
     const LAMPS: usize = 8;
-    let frame = truth
-        .frames
-        .iter()
-        .copied()
-        .find(|&f| truth.has_olats(f))
-        .ok_or_else(no_true_olats)?;
+    let frame =
+        truth.frames.iter().copied().find(|&f| truth.has_olats(f)).ok_or_else(no_true_olats)?;
     let shown = OlatPictures::new(project, calibration, truth, predictor, frame)?;
     let count = LAMPS.min(shown.truth.len());
     let picked = (0..count).map(|i| i * shown.truth.len() / count);
@@ -418,12 +388,7 @@ fn worst(
     const CELLS_PER_ROW: usize = 4;
     let mut cells: Vec<(f64, usize, usize)> = Vec::new();
     for (&frame, lamps) in &scores.olat_psnr_by_lamp_db {
-        cells.extend(
-            lamps
-                .iter()
-                .enumerate()
-                .map(|(lamp, &db)| (db, frame, lamp)),
-        );
+        cells.extend(lamps.iter().enumerate().map(|(lamp, &db)| (db, frame, lamp)));
     }
     if cells.is_empty() {
         return Err(no_true_olats());
@@ -434,13 +399,7 @@ fn worst(
     let mut tiles = Vec::new();
     for (db, frame, lamp) in cells {
         if let std::collections::btree_map::Entry::Vacant(entry) = frames.entry(frame) {
-            entry.insert(OlatPictures::new(
-                project,
-                calibration,
-                truth,
-                predictor,
-                frame,
-            )?);
+            entry.insert(OlatPictures::new(project, calibration, truth, predictor, frame)?);
         }
         let (predicted, truth) = (&frames[&frame].predicted[lamp], &frames[&frame].truth[lamp]);
         let mut difference = predicted.clone();
@@ -456,10 +415,7 @@ fn worst(
 }
 
 fn no_true_olats() -> Error {
-    Error::missing(
-        "the truth has no OLATs of any frame",
-        "Leave out the contact sheet",
-    )
+    Error::missing("the truth has no OLATs of any frame", "Leave out the contact sheet")
 }
 
 #[cfg(test)]

@@ -109,23 +109,12 @@ impl Pose {
 fn nearest<'a>(poses: &'a [Pose], frame: &Frame) -> Result<&'a Pose> {
     let there = encoded_plate(&frame.plate, &frame.mask);
     let distance = |pose: &Pose| -> f64 {
-        let pairs = pose
-            .encoded_plate
-            .pixels
-            .iter()
-            .flatten()
-            .zip(there.pixels.iter().flatten());
+        let pairs = pose.encoded_plate.pixels.iter().flatten().zip(there.pixels.iter().flatten());
         pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum()
     };
-    poses
-        .iter()
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-        .ok_or_else(|| {
-            Error::missing(
-                "the shoot has no pose of the OLAT session",
-                "Import the shoot again",
-            )
-        })
+    poses.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).ok_or_else(|| {
+        Error::missing("the shoot has no pose of the OLAT session", "Import the shoot again")
+    })
 }
 
 /// An encoding whose slope at black is finite, cut out by the matte.
@@ -137,9 +126,5 @@ fn encoded_plate(linear: &Image, mask: &Mask) -> Image {
         .zip(&mask.pixels)
         .map(|(p, alpha)| p.map(|v| encode(v) * alpha))
         .collect();
-    Image {
-        width: linear.width,
-        height: linear.height,
-        pixels,
-    }
+    Image { width: linear.width, height: linear.height, pixels }
 }

@@ -30,20 +30,14 @@ pub type Distance<'a> = &'a dyn Fn(&Encoded, &Encoded) -> Result<f64>;
 /// When there is no frame, sizes differ, a frame has no subject, or `lpips` fails.
 pub fn fidelity(frames: &[Compared], lpips: Option<Distance>) -> Result<Fidelity> {
     let found = psnr(frames)?;
-    let mut all = Fidelity {
-        psnr_db: found.mean_db,
-        ..Fidelity::default()
-    };
+    let mut all = Fidelity { psnr_db: found.mean_db, ..Fidelity::default() };
     let mut perceived = 0.0;
     for frame in frames {
         check(frame)?;
         let exposure = frame.exposure();
         let codes = |picture: &Image, gain: f64| encoded(picture, frame.mask, gain as f32);
         for (picture, truth) in frame.pictures.iter().zip(frame.truths) {
-            let (truth, picture) = (
-                codes(truth, exposure),
-                codes(picture, exposure * found.scale),
-            );
+            let (truth, picture) = (codes(truth, exposure), codes(picture, exposure * found.scale));
             let share = 1.0 / (frames.len() * frame.truths.len()) as f64;
             all.ssim += share * mean_inside(&ssim(&truth, &picture)?, frame.mask)?;
             let visible = flip(&truth, &picture, PIXELS_PER_DEGREE)?;
@@ -73,11 +67,7 @@ mod tests {
         };
         let measured = |level: f32, noise: f32| {
             let (pictures, truths) = ([picture(level, noise)], [picture(1.0, 0.0)]);
-            let frame = Compared {
-                pictures: &pictures,
-                truths: &truths,
-                mask: &mask,
-            };
+            let frame = Compared { pictures: &pictures, truths: &truths, mask: &mask };
             fidelity(&[frame, frame], Some(&|a, b| Ok(f64::from(a != b))))
         };
         let equal = measured(3.0, 0.0)?;

@@ -75,26 +75,14 @@ pub fn flicker(frames: &[Moment]) -> Option<Flicker> {
         let back = Flow::between(&pictures[1], &pictures[0]);
         let on = Flow::between(&pictures[1], &pictures[2]);
         let solid = followed(now, [(&back, before), (&on, after)]);
-        let plates = [
-            &now.plate,
-            &back.warped(&before.plate),
-            &on.warped(&after.plate),
-        ];
-        let relit = [
-            &now.relit,
-            &back.warped(&before.relit),
-            &on.warped(&after.relit),
-        ];
+        let plates = [&now.plate, &back.warped(&before.plate), &on.warped(&after.plate)];
+        let relit = [&now.relit, &back.warped(&before.relit), &on.warped(&after.relit)];
         all.extend(jumps(plates, relit, &solid));
     }
     let sum =
         |of: &dyn Fn(&Jump) -> f64| all.iter().map(|jump| jump.weight * of(jump)).sum::<f64>();
     let shared = sum(&|j| j.relit * j.plate) / sum(&|j| j.plate * j.plate);
-    let shared = if shared.is_finite() {
-        shared.clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let shared = if shared.is_finite() { shared.clamp(0.0, 1.0) } else { 0.0 };
     let weight = sum(&|_| 1.0);
     let percent = |of: &dyn Fn(&Jump) -> f64| {
         100.0 * (sum(&|j| of(j).powi(2)) / weight / SECOND_DIFFERENCE).sqrt()
@@ -110,9 +98,8 @@ pub fn flicker(frames: &[Moment]) -> Option<Flicker> {
 fn to_follow(moment: &Moment) -> Encoded {
     let brightest = moment.plate.pixels.iter().zip(&moment.mask.pixels);
     let brightest = brightest.filter(|&(_, &alpha)| alpha > SOLID);
-    let mut values: Vec<f32> = (brightest.flat_map(|(pixel, _)| *pixel))
-        .filter(|v| v.is_finite())
-        .collect();
+    let mut values: Vec<f32> =
+        (brightest.flat_map(|(pixel, _)| *pixel)).filter(|v| v.is_finite()).collect();
     values.sort_unstable_by(f32::total_cmp);
     let white = values.get(values.len() * 98 / 100).copied().unwrap_or(1.0);
     let gain = 1.0 / white.max(f32::MIN_POSITIVE);
@@ -173,11 +160,7 @@ fn jumps(plates: [&Image; 3], relit: [&Image; 3], solid: &[bool]) -> Vec<Jump> {
             let [p, p_before, p_after, r, r_before, r_after] = channel;
             let (plate, relit) = (jump([p, p_before, p_after]), jump([r, r_before, r_after]));
             if plate.is_finite() && relit.is_finite() && r > 0.0 {
-                found.push(Jump {
-                    plate,
-                    relit,
-                    weight: r * r,
-                });
+                found.push(Jump { plate, relit, weight: r * r });
             }
         }
     }
@@ -198,11 +181,7 @@ pub struct ClipFlicker {
 impl ClipFlicker {
     /// A sentence about it.
     pub fn sentence(&self) -> String {
-        let Flicker {
-            plate,
-            relit,
-            beyond,
-        } = self.plain;
+        let Flicker { plate, relit, beyond } = self.plain;
         let smoothed = self.beyond_smoothed;
         let (first, end) = self.frames;
         let last = end.saturating_sub(1);
@@ -263,10 +242,7 @@ pub fn of_clip(
         yaw_deg,
         background: Background::None,
         output: Output::Linear,
-        effects: Effects {
-            smoothing,
-            ..Effects::default()
-        },
+        effects: Effects { smoothing, ..Effects::default() },
         ..Scene::default()
     };
     let mut light: Option<EnvironmentLight> = None;
@@ -289,21 +265,14 @@ pub fn of_clip(
             )?;
             let mut of = light.on(&field, &frame.mask);
             of.extra = Extra {
-                identity: Identity {
-                    frame: index as u64,
-                    ..Identity::default()
-                },
+                identity: Identity { frame: index as u64, ..Identity::default() },
                 ..Extra::default()
             };
             let picture = series.compose(&scene, (&frame.plate, &frame.mask), &of)?;
             let Some(relit) = picture.linear else {
                 continue;
             };
-            moments.push(Moment {
-                plate: frame.plate.clone(),
-                relit,
-                mask: frame.mask.clone(),
-            });
+            moments.push(Moment { plate: frame.plate.clone(), relit, mask: frame.mask.clone() });
         }
     }
     progress.step("flicker", total, total, "");
@@ -341,11 +310,7 @@ mod tests {
                 };
                 let texture = 0.45 + (0..5).map(octave).sum::<f32>();
                 let hash = ((px * 7919 + py * 104_729 + t * 15_485_863) % 1000) as f32 / 1000.0;
-                [
-                    texture * (1.0 + noise * (hash - 0.5)),
-                    0.8 * texture,
-                    0.6 * texture,
-                ]
+                [texture * (1.0 + noise * (hash - 0.5)), 0.8 * texture, 0.6 * texture]
             });
             let mut relit = plate.clone();
             for (i, pixel) in relit.pixels.iter_mut().enumerate() {
@@ -363,15 +328,11 @@ mod tests {
     fn gains(percent: f32, count: usize) -> Vec<f32> {
         let mut state = 7u64;
         let mut draw = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (state >> 40) as f32 / (1u64 << 24) as f32
         };
         let normal = |draw: &mut dyn FnMut() -> f32| (0..12).map(|_| draw()).sum::<f32>() - 6.0;
-        (0..count)
-            .map(|_| 1.0 + 0.01 * percent * normal(&mut draw))
-            .collect()
+        (0..count).map(|_| 1.0 + 0.01 * percent * normal(&mut draw)).collect()
     }
 
     #[test]
@@ -439,9 +400,7 @@ mod tests {
         assert_eq!(if_possible(unread, &progress).unwrap(), None);
         let said = format!("{:?}", said.lock().unwrap());
         assert!(said.contains("frame 7 is missing"), "{said}");
-        let stopped = Err(Error::Cancelled {
-            kept: String::new(),
-        });
+        let stopped = Err(Error::Cancelled { kept: String::new() });
         assert!(if_possible(stopped, &Progress::silent()).is_err());
     }
 

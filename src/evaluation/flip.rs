@@ -58,11 +58,7 @@ pub fn flip(reference: &Encoded, test: &Encoded, pixels_per_degree: f32) -> Resu
         })
         .collect();
     let mean = pixels.iter().map(|&e| f64::from(e)).sum::<f64>() / pixels.len() as f64;
-    let error = Raster {
-        width,
-        height,
-        pixels,
-    };
+    let error = Raster { width, height, pixels };
     Ok(FlipMap { error, mean })
 }
 
@@ -103,11 +99,8 @@ struct Filters {
 impl Filters {
     fn new(pixels_per_degree: f64) -> Self {
         // Table 1: amplitude and width of each Gaussian.
-        const CONTRAST: [&[(f64, f64)]; 3] = [
-            &[(1.0, 0.0047)],
-            &[(1.0, 0.0053)],
-            &[(34.1, 0.04), (13.5, 0.025)],
-        ];
+        const CONTRAST: [&[(f64, f64)]; 3] =
+            [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(34.1, 0.04), (13.5, 0.025)]];
         // Three deviations of the widest.
         let radius = (3.0 * (0.04 / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as usize;
         let contrast = CONTRAST.map(|gaussians| {
@@ -170,10 +163,7 @@ impl Filters {
             pairs.map(|(x, y)| x.hypot(*y)).collect()
         };
         let pairs = strength(edge).into_iter().zip(strength(point));
-        PerceivedPicture {
-            color,
-            features: pairs.map(|(edge, point)| [edge, point]).collect(),
-        }
+        PerceivedPicture { color, features: pairs.map(|(edge, point)| [edge, point]).collect() }
     }
 }
 
@@ -197,11 +187,7 @@ fn ycxcz(linear: [f32; 3]) -> [f32; 3] {
 
 fn rgb_from_ycxcz([y, cx, cz]: [f32; 3]) -> [f32; 3] {
     let y = (y + 16.0) / 116.0;
-    let [x, y, z] = [
-        (y + cx / 500.0) * WHITE[0],
-        y * WHITE[1],
-        (y - cz / 200.0) * WHITE[2],
-    ];
+    let [x, y, z] = [(y + cx / 500.0) * WHITE[0], y * WHITE[1], (y - cz / 200.0) * WHITE[2]];
     // The inverse of the primaries above.
     [
         3.241_003_3 * x - 1.537_399 * y - 0.498_615_9 * z,
@@ -214,11 +200,7 @@ fn rgb_from_ycxcz([y, cx, cz]: [f32; 3]) -> [f32; 3] {
 fn lab(linear: [f32; 3]) -> [f32; 3] {
     const DELTA: f32 = 6.0 / 29.0;
     let root = |v: f32| {
-        if v > DELTA.powi(3) {
-            v.cbrt()
-        } else {
-            v / (3.0 * DELTA * DELTA) + 4.0 / 29.0
-        }
+        if v > DELTA.powi(3) { v.cbrt() } else { v / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
     };
     let [x, y, z] = relative_xyz(linear).map(root);
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
@@ -304,13 +286,7 @@ pub(super) mod tests {
         let cases = [
             (&a, &b, 67.020_64, 0.878_227, [0.974_05, 0.955_55, 0.772_66]),
             (&a, &b, 20.0, 0.916_747, [0.972_24, 0.975_29, 0.797_38]),
-            (
-                &a,
-                &darker,
-                67.020_64,
-                0.350_433,
-                [0.296_54, 0.398_67, 0.317_79],
-            ),
+            (&a, &darker, 67.020_64, 0.350_433, [0.296_54, 0.398_67, 0.317_79]),
             (&gray(0.2), &gray(0.25), 67.020_64, 0.195_452, [0.195_45; 3]),
             (&gray(0.0), &gray(1.0), 67.020_64, 0.967_388, [0.967_39; 3]),
             (&red, &blue, 67.020_64, 0.965_081, [0.965_08; 3]),

@@ -17,17 +17,7 @@ const RIDGE: f64 = 1e-4;
 
 /// The nine real harmonics in a direction, without their constant factors, which a fit does not need.
 fn harmonics([x, y, z]: [f64; 3]) -> [f64; COUNT] {
-    [
-        1.0,
-        x,
-        y,
-        z,
-        x * y,
-        y * z,
-        x * z,
-        x * x - y * y,
-        3.0 * z * z - 1.0,
-    ]
+    [1.0, x, y, z, x * y, y * z, x * z, x * x - y * y, 3.0 * z * z - 1.0]
 }
 
 /// What each lamp's fitted answer is made of: `[to][from]`, a projection.
@@ -50,9 +40,7 @@ fn projection(directions: &[[f64; 3]]) -> Vec<Vec<f64>> {
         let pairs = (0..COUNT).flat_map(|i| (0..COUNT).map(move |j| (i, j)));
         pairs.map(|(i, j)| to[i] * inverse[i][j] * from[j]).sum()
     };
-    rows.iter()
-        .map(|to| rows.iter().map(|from| of(to, from)).collect())
-        .collect()
+    rows.iter().map(|to| rows.iter().map(|from| of(to, from)).collect()).collect()
 }
 
 /// The inverse of a symmetric positive definite matrix, by Gauss and Jordan without pivots, which it does not need.
@@ -82,9 +70,8 @@ fn inverse(mut matrix: [[f64; COUNT]; COUNT]) -> [[f64; COUNT]; COUNT] {
 /// that out. Lamps without energy stay as they are.
 pub fn of_low_order(olats: &[Image], rig: &Rig) -> Vec<Image> {
     let energies: Vec<[f32; 3]> = rig.lamps.iter().map(|lamp| lamp.energy).collect();
-    let lit: Vec<usize> = (0..olats.len().min(rig.lamps.len()))
-        .filter(|&lamp| rig.lamps[lamp].is_usable())
-        .collect();
+    let lit: Vec<usize> =
+        (0..olats.len().min(rig.lamps.len())).filter(|&lamp| rig.lamps[lamp].is_usable()).collect();
     let direction = |&lamp: &usize| rig.lamps[lamp].direction.to_array().map(f64::from);
     let directions: Vec<[f64; 3]> = lit.iter().map(direction).collect();
     let projection = projection(&directions);
@@ -134,9 +121,7 @@ mod tests {
                 clipped: 0.0,
             }
         };
-        Rig {
-            lamps: (0..count).map(lamp).collect(),
-        }
+        Rig { lamps: (0..count).map(lamp).collect() }
     }
 
     /// A ball under each lamp: matte, or with a highlight.
@@ -168,9 +153,7 @@ mod tests {
         for i in 0..olats[0].pixels.len() {
             let sum = |olats: &[Image]| -> f32 {
                 let pairs = olats.iter().zip(&rig.lamps);
-                pairs
-                    .map(|(olat, lamp)| weight(lamp) * olat.pixels[i][1])
-                    .sum()
+                pairs.map(|(olat, lamp)| weight(lamp) * olat.pixels[i][1]).sum()
             };
             let (a, b) = (f64::from(sum(&fitted)), f64::from(sum(olats)));
             squares += (a - b).powi(2);

@@ -62,11 +62,7 @@ impl Learnt {
             }
             _ => return Err(Error::bug(format!("{method:?} does not learn"))),
         };
-        Ok(Self {
-            names,
-            lights,
-            kind,
-        })
+        Ok(Self { names, lights, kind })
     }
 
     /// What learning took: of Texler's, the network for the lights, not the one for single lamps.
@@ -111,11 +107,7 @@ impl Learnt {
             Kind::Texler(_, lamps) => lamps.as_ref().map(|l| l.relit(frame)).transpose()?,
             Kind::Sun(portrait) => Some(portrait.relit(frame, &single_lamps(portrait.lamps()))?),
         };
-        Ok(Pictures {
-            relit: self.names.iter().cloned().zip(relit).collect(),
-            olats,
-            picture_ms,
-        })
+        Ok(Pictures { relit: self.names.iter().cloned().zip(relit).collect(), olats, picture_ms })
     }
 }
 

@@ -47,24 +47,15 @@ pub struct Psnr {
 /// When there is no frame, shapes differ, or no pixel is subject.
 pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
     if frames.is_empty() {
-        return Err(Error::missing(
-            "the truth has no frames",
-            "Give another truth folder",
-        ));
+        return Err(Error::missing("the truth has no frames", "Give another truth folder"));
     }
     frames.iter().try_for_each(check)?;
     let total = |[pictures, truths]: [f64; 2], [p, t]: [f64; 2]| [pictures + p, truths + t];
-    let luminances = frames
-        .iter()
-        .map(Compared::luminances)
-        .fold([0.0; 2], total);
+    let luminances = frames.iter().map(Compared::luminances).fold([0.0; 2], total);
     let scale = scale(luminances);
     let pictures_db: Vec<Vec<f64>> = frames.iter().map(|f| f.pictures_db(scale)).collect();
     // The pictures of a frame have as many pixels each: their errors' mean is the frame's.
-    let frames_db: Vec<f64> = pictures_db
-        .iter()
-        .map(|p| pooled(p.iter().copied()))
-        .collect();
+    let frames_db: Vec<f64> = pictures_db.iter().map(|p| pooled(p.iter().copied())).collect();
     Ok(Psnr {
         mean_db: frames_db.iter().sum::<f64>() / frames_db.len() as f64,
         frames_db,
@@ -77,17 +68,10 @@ pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
 fn subject(pictures: &[Image], mask: &Mask) -> Vec<[f32; 3]> {
     let inside = |image: &Image| {
         let pairs = image.pixels.iter().zip(&mask.pixels);
-        pairs
-            .filter(|&(_, &alpha)| alpha > SUBJECT)
-            .map(|(&pixel, _)| pixel)
-            .collect::<Vec<_>>()
+        pairs.filter(|&(_, &alpha)| alpha > SUBJECT).map(|(&pixel, _)| pixel).collect::<Vec<_>>()
     };
     let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
-    pictures
-        .iter()
-        .flat_map(inside)
-        .map(|pixel| pixel.map(finite))
-        .collect()
+    pictures.iter().flat_map(inside).map(|pixel| pixel.map(finite)).collect()
 }
 
 impl Compared<'_> {
@@ -133,11 +117,7 @@ pub(super) fn code(exposed: f64) -> f64 {
 pub(super) fn scale([pictures, truths]: [f64; 2]) -> f64 {
     let ratio = truths / pictures;
     // A black prediction cannot be scaled to anything.
-    if ratio.is_finite() && ratio > 0.0 {
-        ratio
-    } else {
-        1.0
-    }
+    if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
 }
 
 /// A picture encoded as for the measure, over black: clip(gain·x, 0, 1)^(1/2.2) where it is covered.
@@ -145,9 +125,7 @@ pub(super) fn scale([pictures, truths]: [f64; 2]) -> f64 {
 pub fn encoded(picture: &Image, mask: &Mask, gain: f32) -> Encoded {
     let pairs = picture.pixels.iter().zip(&mask.pixels);
     let code = |v: f32| unit(v).powf(1.0 / GAMMA as f32);
-    let pixels = pairs
-        .map(|(p, &alpha)| p.map(|v| code(v * gain * alpha)))
-        .collect();
+    let pixels = pairs.map(|(p, &alpha)| p.map(|v| code(v * gain * alpha))).collect();
     Encoded(Raster { pixels, ..*picture })
 }
 
@@ -186,11 +164,7 @@ pub fn mean_inside(map: &Raster<f32>, mask: &Mask) -> Result<f64> {
     let size = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
     if map.size() != mask.size() {
         return Err(Error::invalid(
-            format!(
-                "a matte has {}, but its picture has {}",
-                size(mask.size()),
-                size(map.size())
-            ),
+            format!("a matte has {}, but its picture has {}", size(mask.size()), size(map.size())),
             "Give the matte that belongs to this picture",
         ));
     }
@@ -242,12 +216,7 @@ pub(super) fn check(frame: &Compared) -> Result<()> {
         ));
     }
     let size = frame.mask.size();
-    if let Some(other) = frame
-        .pictures
-        .iter()
-        .chain(frame.truths)
-        .find(|p| p.size() != size)
-    {
+    if let Some(other) = frame.pictures.iter().chain(frame.truths).find(|p| p.size() != size) {
         let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
         return Err(Error::invalid(
             format!(
@@ -272,19 +241,12 @@ mod tests {
     fn picture(seed: usize) -> Image {
         let value =
             |i: usize| ((i + seed).wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
-        Raster::from_fn(12, 9, |x, y| {
-            std::array::from_fn(|c| value(c + 3 * (x + 12 * y)))
-        })
+        Raster::from_fn(12, 9, |x, y| std::array::from_fn(|c| value(c + 3 * (x + 12 * y))))
     }
 
     fn one(picture: &Image, truth: &Image, mask: &Mask) -> Psnr {
         let (pictures, truths) = ([picture.clone()], [truth.clone()]);
-        psnr(&[Compared {
-            pictures: &pictures,
-            truths: &truths,
-            mask,
-        }])
-        .unwrap()
+        psnr(&[Compared { pictures: &pictures, truths: &truths, mask }]).unwrap()
     }
 
     proptest! {
@@ -306,15 +268,9 @@ mod tests {
         let wrong = Raster::from_fn(10, 10, |x, _| [if x % 2 == 0 { 0.9 } else { 1.1 }; 3]);
         let found = one(&wrong, &truth, &Mask::filled(10, 10, 1.0));
         let encode = |v: f64| v.powf(1.0 / 2.2);
-        let error = [0.45, 0.55]
-            .map(|v| (encode(v) - encode(0.5)).powi(2))
-            .iter()
-            .sum::<f64>()
-            / 2.0;
-        assert!(
-            (found.mean_db + 10.0 * error.log10()).abs() < 1e-4,
-            "{found:?}"
-        );
+        let error =
+            [0.45, 0.55].map(|v| (encode(v) - encode(0.5)).powi(2)).iter().sum::<f64>() / 2.0;
+        assert!((found.mean_db + 10.0 * error.log10()).abs() < 1e-4, "{found:?}");
         assert!((found.scale - 3.0).abs() < 1e-5);
     }
 
@@ -332,16 +288,8 @@ mod tests {
     fn black_and_broken_pictures_have_finite_scores() {
         let mask = Mask::filled(12, 9, 1.0);
         for value in [0.0, f32::NAN, f32::INFINITY, -1.0] {
-            assert!(
-                one(&Image::filled(12, 9, [value; 3]), &picture(0), &mask)
-                    .mean_db
-                    .is_finite()
-            );
-            assert!(
-                one(&picture(0), &Image::filled(12, 9, [value; 3]), &mask)
-                    .mean_db
-                    .is_finite()
-            );
+            assert!(one(&Image::filled(12, 9, [value; 3]), &picture(0), &mask).mean_db.is_finite());
+            assert!(one(&picture(0), &Image::filled(12, 9, [value; 3]), &mask).mean_db.is_finite());
         }
     }
 
@@ -358,22 +306,8 @@ mod tests {
         assert!(psnr(&[]).is_err());
         let (a, small) = ([picture(0)], [Image::filled(2, 2, [0.0; 3])]);
         let mask = Mask::filled(12, 9, 1.0);
-        assert!(
-            psnr(&[Compared {
-                pictures: &a,
-                truths: &small,
-                mask: &mask
-            }])
-            .is_err()
-        );
+        assert!(psnr(&[Compared { pictures: &a, truths: &small, mask: &mask }]).is_err());
         let empty = Mask::filled(12, 9, 0.5);
-        assert!(
-            psnr(&[Compared {
-                pictures: &a,
-                truths: &a,
-                mask: &empty
-            }])
-            .is_err()
-        );
+        assert!(psnr(&[Compared { pictures: &a, truths: &a, mask: &empty }]).is_err());
     }
 }

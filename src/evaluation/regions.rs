@@ -130,16 +130,10 @@ mod tests {
     fn regions_cover_the_subject_once_and_their_errors_are_its_error() {
         let (truth, mask) = scene();
         let wrong = Raster::from_fn(40, 20, |x, y| {
-            truth
-                .at(x, y)
-                .map(|v| v * (1.0 + 0.02 * ((x * 7 + y * 3) % 11) as f32))
+            truth.at(x, y).map(|v| v * (1.0 + 0.02 * ((x * 7 + y * 3) % 11) as f32))
         });
         let (pictures, truths) = ([wrong], [truth]);
-        let frame = Compared {
-            pictures: &pictures,
-            truths: &truths,
-            mask: &mask,
-        };
+        let frame = Compared { pictures: &pictures, truths: &truths, mask: &mask };
         let found = psnr(&[frame]).unwrap();
         let regions = regions(&[frame], found.scale);
         assert_eq!(regions.len(), Region::ALL.len(), "{regions:?}");
@@ -164,15 +158,9 @@ mod tests {
             let mut wrong = truth.clone();
             wrong.pixels[at.1 * 40 + at.0] = [0.0; 3];
             let (pictures, truths) = ([wrong], [truth.clone()]);
-            let frame = Compared {
-                pictures: &pictures,
-                truths: &truths,
-                mask: &mask,
-            };
+            let frame = Compared { pictures: &pictures, truths: &truths, mask: &mask };
             let regions = regions(&[frame], 1.0);
-            let lowest = regions
-                .iter()
-                .min_by(|a, b| a.psnr_db.total_cmp(&b.psnr_db));
+            let lowest = regions.iter().min_by(|a, b| a.psnr_db.total_cmp(&b.psnr_db));
             assert_eq!(lowest.unwrap().region, worst, "{regions:?}");
         }
     }

@@ -34,21 +34,14 @@ pub fn shadow_edges(frames: &[Compared], scale: f64) -> Option<ShadowEdges> {
         let coded = |value: &dyn Fn(usize) -> f64| Raster {
             width: frame.mask.width,
             height: frame.mask.height,
-            pixels: (0..inner.len())
-                .map(|p| code(exposure * value(p)) as f32)
-                .collect(),
+            pixels: (0..inner.len()).map(|p| code(exposure * value(p)) as f32).collect(),
         };
         let lamps = frame.truths.len().max(1) as f64;
         let mean = coded(&|p| {
-            let lit = frame
-                .truths
-                .iter()
-                .map(|truth| f64::from(luminance(truth.pixels[p])));
+            let lit = frame.truths.iter().map(|truth| f64::from(luminance(truth.pixels[p])));
             lit.sum::<f64>() / lamps
         });
-        let common: Vec<f32> = (0..inner.len())
-            .map(|p| slope(&mean, p, inner[p]))
-            .collect();
+        let common: Vec<f32> = (0..inner.len()).map(|p| slope(&mean, p, inner[p])).collect();
         let steep = STEEP / frame.mask.width.max(frame.mask.height) as f32;
         let of_lamps: Vec<[[f64; 2]; 2]> = (frame.pictures.par_iter().zip(frame.truths))
             .map(|(picture, truth)| {
@@ -135,11 +128,7 @@ mod tests {
         let mask = Mask::filled(80, 80, 1.0);
         let truths = [lit_up_to(30), lit_up_to(50), lit_up_to(80), lit_up_to(80)];
         let measured = |pictures: &[Image], truths: &[Image]| {
-            let frame = Compared {
-                pictures,
-                truths,
-                mask: &mask,
-            };
+            let frame = Compared { pictures, truths, mask: &mask };
             shadow_edges(&[frame], 1.0)
         };
         let exact = measured(&truths, &truths).unwrap();
@@ -152,9 +141,7 @@ mod tests {
         assert!(moved.error_share > 0.1 && moved.psnr_db < 12.0, "{moved:?}");
         // An error elsewhere is none of theirs.
         let dark = truths.clone().map(|olat| {
-            Raster::from_fn(80, 80, |x, y| {
-                olat.at(x, y).map(|v| if x < 20 { 0.5 * v } else { v })
-            })
+            Raster::from_fn(80, 80, |x, y| olat.at(x, y).map(|v| if x < 20 { 0.5 * v } else { v }))
         });
         let dark = measured(&dark, &truths).unwrap();
         assert_eq!((dark.error_share, dark.psnr_db), (0.0, 120.0));
@@ -162,11 +149,7 @@ mod tests {
         let even = [lit_up_to(80), lit_up_to(80)];
         assert!(measured(&even, &even).is_none());
         let small = Mask::filled(80, 80, 0.0);
-        let frame = Compared {
-            pictures: &truths,
-            truths: &truths,
-            mask: &small,
-        };
+        let frame = Compared { pictures: &truths, truths: &truths, mask: &small };
         assert!(shadow_edges(&[frame], 1.0).is_none());
     }
 }

@@ -43,11 +43,7 @@ pub fn ssim(reference: &Encoded, test: &Encoded) -> Result<Raster<f32>> {
             (2.0 * x * y + C1) * (2.0 * xy + C2) / ((x * x + y * y + C1) * (xx + yy + C2))
         })
         .collect();
-    Ok(Raster {
-        width: a.width,
-        height: a.height,
-        pixels,
-    })
+    Ok(Raster { width: a.width, height: a.height, pixels })
 }
 
 #[cfg(test)]
@@ -94,10 +90,7 @@ mod tests {
                 f64::from(map.at(7, 9)),
             ];
             for (found, wanted) in found.into_iter().zip(wanted) {
-                assert!(
-                    (found - wanted).abs() < 1e-4,
-                    "{share}: {found}, not {wanted}"
-                );
+                assert!((found - wanted).abs() < 1e-4, "{share}: {found}, not {wanted}");
             }
         }
     }

@@ -16,19 +16,15 @@ pub struct Row<'a> {
 
 /// A table with a column per environment, one for the OLATs and one for the cost.
 pub fn markdown(rows: &[Row]) -> String {
-    let environments: BTreeSet<&String> = rows
-        .iter()
-        .flat_map(|r| r.scores.relit_psnr_db.keys())
-        .collect();
+    let environments: BTreeSet<&String> =
+        rows.iter().flat_map(|r| r.scores.relit_psnr_db.keys()).collect();
     let decibels = |db: Option<&f64>| match db {
         None => "–".to_owned(),
         Some(&db) if db >= MAX_DECIBELS => "exact".to_owned(),
         Some(db) => format!("{db:.1}"),
     };
     let mut table = String::from("| method |");
-    environments
-        .iter()
-        .for_each(|name| table += &format!(" {name}, dB |"));
+    environments.iter().for_each(|name| table += &format!(" {name}, dB |"));
     table += " OLATs, dB | frames | ms a frame | cost |\n|---|";
     table += &"---:|".repeat(environments.len() + 3);
     table += "---|\n";
@@ -38,15 +34,8 @@ pub fn markdown(rows: &[Row]) -> String {
             table += &format!(" {} |", decibels(row.scores.relit_psnr_db.get(*name)));
         }
         let olats = decibels(row.scores.olat_psnr_db.as_ref());
-        let ms = row
-            .scores
-            .frame_ms
-            .map_or("–".to_owned(), |ms| format!("{ms:.1}"));
-        table += &format!(
-            " {olats} | {} | {ms} | {} |\n",
-            row.scores.frames.len(),
-            row.cost
-        );
+        let ms = row.scores.frame_ms.map_or("–".to_owned(), |ms| format!("{ms:.1}"));
+        table += &format!(" {olats} | {} | {ms} | {} |\n", row.scores.frames.len(), row.cost);
     }
     table
 }
@@ -74,16 +63,8 @@ mod tests {
         };
         let (a, b) = (scores("grace", Some(MAX_DECIBELS)), scores("pisa", None));
         let table = markdown(&[
-            Row {
-                name: "ratio",
-                cost: "",
-                scores: &a,
-            },
-            Row {
-                name: "network",
-                cost: "18 min",
-                scores: &b,
-            },
+            Row { name: "ratio", cost: "", scores: &a },
+            Row { name: "network", cost: "18 min", scores: &b },
         ]);
         let lines: Vec<&str> = table.lines().collect();
         assert_eq!(

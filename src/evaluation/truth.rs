@@ -41,11 +41,7 @@ impl Truth {
         let shoot = &project.settings.shoot;
         let inside = folder.join("truth");
         let mut truth = Self {
-            folder: if inside.is_dir() {
-                inside
-            } else {
-                folder.to_path_buf()
-            },
+            folder: if inside.is_dir() { inside } else { folder.to_path_buf() },
             size: project.settings.size,
             framing: (!shoot.frames.is_empty())
                 .then(|| dimensions(&project.frame_picture(0)).ok())
@@ -65,9 +61,8 @@ impl Truth {
             .filter(|e| every.clone().any(|f| there(f, &e.name)))
             .cloned()
             .collect();
-        let frames: Vec<usize> = every
-            .filter(|&f| environments.iter().any(|e| there(f, &e.name)))
-            .collect();
+        let frames: Vec<usize> =
+            every.filter(|&f| environments.iter().any(|e| there(f, &e.name))).collect();
         let missing = frames
             .iter()
             .flat_map(|&f| environments.iter().map(move |e| (f, e)))
@@ -76,10 +71,7 @@ impl Truth {
             let path = truth.relit_path(frame, &environment.name);
             let remedy = "Complete the truth, or remove that frame from it";
             return Err(Error::missing(
-                format!(
-                    "{} is missing, but other environments have this frame",
-                    path.display()
-                ),
+                format!("{} is missing, but other environments have this frame", path.display()),
                 remedy,
             ));
         }
@@ -138,15 +130,11 @@ impl Truth {
     }
 
     fn relit_path(&self, frame: usize, environment: &str) -> PathBuf {
-        self.folder.join(format!(
-            "{}_relit_{environment}.exr",
-            self.frame_names[frame]
-        ))
+        self.folder.join(format!("{}_relit_{environment}.exr", self.frame_names[frame]))
     }
 
     fn olat_folder(&self, frame: usize) -> PathBuf {
-        self.folder
-            .join(format!("{}_olat", self.frame_names[frame]))
+        self.folder.join(format!("{}_olat", self.frame_names[frame]))
     }
 
     fn read(&self, path: &Path, at: PictureSize) -> Result<Image> {
@@ -214,11 +202,7 @@ mod tests {
             side,
             ..Framing::whole((width, height))
         };
-        let squares = [
-            Framing::whole((48, 96)),
-            odd((30, 60), 53),
-            odd((60, 120), 106),
-        ];
+        let squares = [Framing::whole((48, 96)), odd((30, 60), 53), odd((60, 120), 106)];
         let mut seen = vec![];
         for framing in squares {
             let [width, height] = framing.source.map(|side| side as u32);
@@ -237,11 +221,7 @@ mod tests {
             errors / a.pixels.iter().flatten().sum::<f32>()
         };
         assert_eq!(off(&alike, &seen[0]), 0.0);
-        assert!(
-            off(&seen[1], &seen[2]) < 0.05,
-            "{}",
-            off(&seen[1], &seen[2])
-        );
+        assert!(off(&seen[1], &seen[2]) < 0.05, "{}", off(&seen[1], &seen[2]));
         assert!(off(&alike, &seen[1]) > 0.1);
         Ok(())
     }

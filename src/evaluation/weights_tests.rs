@@ -83,11 +83,7 @@ fn flicker(field: &ReflectanceField, subject: &[bool], table: &YawTable, gain: f
     let shown = |frame: usize| -> Vec<f64> {
         let weights = table.at(0.25 * frame as f32).per_lamp;
         let relit = relight(field, &weights, &lit_lamps(&weights));
-        let inside = relit
-            .pixels
-            .iter()
-            .zip(subject)
-            .filter(|(_, inside)| **inside);
+        let inside = relit.pixels.iter().zip(subject).filter(|(_, inside)| **inside);
         inside
             .flat_map(|(p, _)| {
                 p.map(|v| 255.0 * f64::from(srgb_from_linear(gain * v).clamp(0.0, 1.0)))
@@ -104,11 +100,7 @@ fn flicker(field: &ReflectanceField, subject: &[bool], table: &YawTable, gain: f
         let count = now.len();
         let change = last.iter().zip(&now).map(|(a, b)| b - a);
         changes.push(root(&mut { change }, count));
-        let jerk = before
-            .iter()
-            .zip(&last)
-            .zip(&now)
-            .map(|((a, b), c)| a - 2.0 * b + c);
+        let jerk = before.iter().zip(&last).zip(&now).map(|((a, b), c)| a - 2.0 * b + c);
         jerks.push(root(&mut { jerk }, count));
         (before, last) = (last, now);
     }
@@ -116,10 +108,7 @@ fn flicker(field: &ReflectanceField, subject: &[bool], table: &YawTable, gain: f
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         [mean, values.iter().copied().fold(0.0, f64::max)]
     };
-    Flicker {
-        change: of(&changes),
-        jerk: of(&jerks),
-    }
+    Flicker { change: of(&changes), jerk: of(&jerks) }
 }
 
 #[test]
@@ -138,21 +127,14 @@ fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells(
     let subject: Vec<bool> = (0..SIZE * SIZE)
         .map(|i| {
             let step = frame.mask.width / SIZE;
-            frame
-                .mask
-                .at(i % SIZE * step + step / 2, i / SIZE * step + step / 2)
-                > 0.98
+            frame.mask.at(i % SIZE * step + step / 2, i / SIZE * step + step / 2) > 0.98
         })
         .collect();
     // One exposure for all: the subject's mean at middle grey, seen from the front.
     let partitions = KINDS.map(|kind| Partition::of(kind, &shoot.calibration.rig));
     let weights = partitions[2].weights(&park, 0.0).per_lamp;
     let front = relight(&field, &weights, &lit_lamps(&weights));
-    let inside = front
-        .pixels
-        .iter()
-        .zip(&subject)
-        .filter(|(_, inside)| **inside);
+    let inside = front.pixels.iter().zip(&subject).filter(|(_, inside)| **inside);
     let sum: f32 = inside.map(|(p, _)| luminance(*p)).sum();
     let count = subject.iter().filter(|inside| **inside).count();
     let gain = 0.18 * count as f32 / sum;
@@ -184,10 +166,7 @@ fn the_true_olats_are_relit_under_every_panorama_with_all_of_its_energy() {
     let mut panoramas = 0;
     for file in std::fs::read_dir(folder).unwrap() {
         let path = file.unwrap().path();
-        if !["hdr", "exr"]
-            .iter()
-            .any(|e| path.extension().is_some_and(|x| x == *e))
-        {
+        if !["hdr", "exr"].iter().any(|e| path.extension().is_some_and(|x| x == *e)) {
             continue;
         }
         let environment = light::panorama::load(&path).unwrap();
@@ -195,19 +174,14 @@ fn the_true_olats_are_relit_under_every_panorama_with_all_of_its_energy() {
         let energy = environment.energy();
         for c in 0..3 {
             let lamps = weights.per_lamp.iter().zip(&rig.lamps);
-            let given: f64 = lamps
-                .map(|(w, lamp)| f64::from(w[c]) * f64::from(lamp.energy[c]))
-                .sum();
+            let given: f64 =
+                lamps.map(|(w, lamp)| f64::from(w[c]) * f64::from(lamp.energy[c])).sum();
             let off = (given / energy[c] - 1.0).abs();
             assert!(off < 1e-4, "{}: {given} of {}", path.display(), energy[c]);
         }
         let relit = relight(&field, &weights.per_lamp, &lit_lamps(&weights.per_lamp));
         let is_light = |v: &f32| v.is_finite() && *v >= 0.0;
-        assert!(
-            relit.pixels.iter().flatten().all(is_light),
-            "{}",
-            path.display()
-        );
+        assert!(relit.pixels.iter().flatten().all(is_light), "{}", path.display());
         // No brighter than what all of the light could make from the one lamp that lights the pixel most.
         let most = (0..relit.pixels.len()).all(|i| {
             let lamps = olats.iter().zip(&rig.lamps);

@@ -71,15 +71,11 @@ impl ClipWriter {
             )
         };
         if width == 0 || height == 0 {
-            return Err(impossible(format!(
-                "a picture of {width} × {height} pixels is empty"
-            )));
+            return Err(impossible(format!("a picture of {width} × {height} pixels is empty")));
         }
         let frame_rate = movie.frame_rate;
         if !(0.01..=1000.0).contains(&frame_rate) {
-            return Err(impossible(format!(
-                "the frame rate {frame_rate} is outside 0.01 to 1000"
-            )));
+            return Err(impossible(format!("the frame rate {frame_rate} is outside 0.01 to 1000")));
         }
         let container = Container::of(path).unwrap_or(Container::Mp4);
         let rate = rational_rate(frame_rate);
@@ -124,12 +120,7 @@ impl ClipWriter {
                 "Keep one size for all frames",
             ));
         }
-        let bytes = frame_bytes(
-            &self.path,
-            (self.codec, self.alpha),
-            &self.encoding,
-            picture,
-        )?;
+        let bytes = frame_bytes(&self.path, (self.codec, self.alpha), &self.encoding, picture)?;
         self.feed(bytes, progress)
     }
 
@@ -160,25 +151,21 @@ impl ClipWriter {
             Err(why) => return Err(self.unanswered(&why)),
         }
         let unfinished = self.unfinished.take();
-        unfinished
-            .map_or(Ok(()), |unfinished| unfinished.finish(&self.path))
-            .map_err(|e| {
-                Error::io(
-                    "write",
-                    &self.path,
-                    e,
-                    "Check that the folder can be written and the disk has room",
-                )
-            })
+        unfinished.map_or(Ok(()), |unfinished| unfinished.finish(&self.path)).map_err(|e| {
+            Error::io(
+                "write",
+                &self.path,
+                e,
+                "Check that the folder can be written and the disk has room",
+            )
+        })
     }
 
     /// The error of an ffmpeg that did not answer, which is killed.
     fn unanswered(&mut self, why: &Unanswered) -> Error {
         self.encoder.kill();
         match why {
-            Unanswered::Stopped => Error::Cancelled {
-                kept: "no movie was written".to_owned(),
-            },
+            Unanswered::Stopped => Error::Cancelled { kept: "no movie was written".to_owned() },
             Unanswered::Hung(patience) => self.failure(&format!(
                 "ffmpeg neither took a frame nor wrote anything for {} s and was ended",
                 patience.as_secs()
@@ -236,11 +223,7 @@ fn remedy(said: &str) -> &'static str {
     let says = |words: &[&str]| words.iter().any(|word| said.contains(word));
     if says(&["No space left", "Disk quota exceeded", "File too large"]) {
         "Make room on the disk, or write to another one"
-    } else if says(&[
-        "Permission denied",
-        "Read-only file system",
-        "not permitted",
-    ]) {
+    } else if says(&["Permission denied", "Read-only file system", "not permitted"]) {
         "Check that the folder can be written, also by ffmpeg, or write elsewhere"
     } else if says(&["ncoder", "codec"]) {
         "Check that this ffmpeg can encode H.264 and ProRes, choose another codec, or write stills"
@@ -290,10 +273,7 @@ fn arguments(size: (usize, usize), container: Container, movie: &Movie) -> Vec<O
         line.extend([key.into(), format!("reel_name={reel}").into()]);
     }
     if codec.has_alpha() {
-        line.extend([
-            "-metadata".into(),
-            format!("comment={}", movie.alpha.words()).into(),
-        ]);
+        line.extend(["-metadata".into(), format!("comment={}", movie.alpha.words()).into()]);
     }
     line.extend(words(codec.encoder()));
     if container == Container::Mp4 {

@@ -32,22 +32,10 @@ fn decoded(path: &Path) -> Vec<u8> {
     let output = Command::new("ffmpeg")
         .args(["-v", "error", "-i"])
         .arg(path)
-        .args([
-            "-f",
-            "rawvideo",
-            "-pix_fmt",
-            "rgba",
-            "-vf",
-            "scale=in_color_matrix=bt709",
-            "-",
-        ])
+        .args(["-f", "rawvideo", "-pix_fmt", "rgba", "-vf", "scale=in_color_matrix=bt709", "-"])
         .output()
         .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     output.stdout
 }
 
@@ -68,10 +56,7 @@ fn a_movie_has_the_frames_and_colours_that_were_pushed() {
         assert_eq!(bytes.len(), 3 * 34 * 18 * 4);
         // Limited range and halved colour cost a few codes; a wrong matrix costs twenty.
         for pixel in bytes.chunks(4) {
-            assert!(
-                (0..3).all(|c| pixel[c].abs_diff(code[c]) <= 4),
-                "{pixel:?} is not {code:?}"
-            );
+            assert!((0..3).all(|c| pixel[c].abs_diff(code[c]) <= 4), "{pixel:?} is not {code:?}");
         }
         assert_eq!(
             std::fs::read_dir(path.parent().unwrap())
@@ -117,10 +102,7 @@ fn alpha_is_straight_or_premultiplied_as_asked_and_the_movie_says_which() {
     ] {
         for name in ["cut.mov", "cut.mkv"] {
             let path = folder.path().join(name);
-            let movie = Movie {
-                alpha,
-                ..movie(&path, 24.0, 0)
-            };
+            let movie = Movie { alpha, ..movie(&path, 24.0, 0) };
             let mut writer = ClipWriter::create(&path, (64, 16), &movie).unwrap();
             writer.push(&shown, &silent()).unwrap();
             writer.finish(&silent()).unwrap();
@@ -155,10 +137,8 @@ fn a_movie_says_its_colours_its_rate_and_its_time() {
     }
     let folder = tempfile::tempdir().unwrap();
     let shown = picture(32, 16, [0.5; 3], false);
-    for (name, codec, format) in [
-        ("a.mp4", "h264", "yuv420p"),
-        ("a.mov", "prores", "yuva444p12le"),
-    ] {
+    for (name, codec, format) in [("a.mp4", "h264", "yuv420p"), ("a.mov", "prores", "yuva444p12le")]
+    {
         let path = folder.path().join(name);
         let mut writer =
             ClipWriter::create(&path, (32, 16), &movie(&path, 23.976, 24 * 61 + 5)).unwrap();
@@ -201,9 +181,7 @@ fn a_writer_that_is_dropped_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("clip.mp4");
     let mut writer = ClipWriter::create(&path, (16, 16), &movie(&path, 24.0, 0)).unwrap();
-    writer
-        .push(&picture(16, 16, [0.5; 3], true), &silent())
-        .unwrap();
+    writer.push(&picture(16, 16, [0.5; 3], true), &silent()).unwrap();
     assert!(
         writer
             .push(&picture(8, 16, [0.5; 3], true), &silent())
@@ -227,10 +205,7 @@ fn a_missing_ffmpeg_is_a_sentence_with_a_remedy() {
     )
     .unwrap_err()
     .to_string();
-    assert!(
-        error.contains("clip.mp4") && error.contains("install"),
-        "{error}"
-    );
+    assert!(error.contains("clip.mp4") && error.contains("install"), "{error}");
 }
 
 #[test]
@@ -244,16 +219,11 @@ fn what_ffmpeg_says_reaches_the_person() {
     let at_the_end = begun().finish(&silent()).unwrap_err();
     let (mut writer, shown) = (begun(), picture(16, 16, [0.5; 3], true));
     // More than fits into a pipe that nobody reads.
-    let in_the_middle = (0..1000)
-        .find_map(|_| writer.push(&shown, &silent()).err())
-        .unwrap();
+    let in_the_middle = (0..1000).find_map(|_| writer.push(&shown, &silent()).err()).unwrap();
     drop(writer);
     for error in [at_the_end, in_the_middle] {
         let said = error.to_string();
-        assert!(
-            said.contains("clip.mp4") && said.contains("ffmpeg says: ls: "),
-            "{said}"
-        );
+        assert!(said.contains("clip.mp4") && said.contains("ffmpeg says: ls: "), "{said}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     assert_eq!(tail(&[b'x'; 10_000][..]).len(), TAIL);
@@ -301,11 +271,7 @@ fn an_ffmpeg_that_hangs_is_ended_with_all_that_it_started() {
             let path = folder.path().join("clip.mp4");
             let control = Control::default();
             let progress = Progress::new(&|_| {}, control.clone());
-            let patience = if stop {
-                LONG
-            } else {
-                Duration::from_millis(600)
-            };
+            let patience = if stop { LONG } else { Duration::from_millis(600) };
             let failed = std::thread::scope(|threads| {
                 let failing = threads.spawn(|| fail(&program, patience, &path, &progress));
                 if stop {
@@ -319,10 +285,7 @@ fn an_ffmpeg_that_hangs_is_ended_with_all_that_it_started() {
                 failed => {
                     let said = failed.to_string();
                     let words = ["clip.mp4", "neither took a frame", "ffmpeg -version"];
-                    assert!(
-                        !stop && words.iter().all(|word| said.contains(word)),
-                        "{said}"
-                    );
+                    assert!(!stop && words.iter().all(|word| said.contains(word)), "{said}");
                 }
             }
             assert!(names(folder.path()).is_empty());
@@ -354,10 +317,7 @@ fn what_cannot_be_written_is_not_blamed_on_the_encoder() {
     let unwritable = Path::new("/proc/clip.mp4");
     let refused =
         ClipWriter::create(unwritable, (16, 16), &movie(unwritable, 24.0, 0)).unwrap_err();
-    let program = script(
-        folder.path(),
-        "echo clip.mp4: Permission denied >&2; exit 1",
-    );
+    let program = script(folder.path(), "echo clip.mp4: Permission denied >&2; exit 1");
     let denied = fail(&program, LONG, &folder.path().join("clip.mp4"), &silent());
     for said in [refused.to_string(), denied.to_string()] {
         assert!(

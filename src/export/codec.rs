@@ -262,17 +262,8 @@ impl Codec {
             _ if is_plain => "bt709",
             _ => transfer,
         };
-        let (matrix, range) = if self.is_rgb() {
-            ("gbr", "pc")
-        } else {
-            (matrix, "tv")
-        };
-        Tags {
-            primaries,
-            transfer,
-            matrix,
-            range,
-        }
+        let (matrix, range) = if self.is_rgb() { ("gbr", "pc") } else { (matrix, "tv") };
+        Tags { primaries, transfer, matrix, range }
     }
 
     /// ffmpeg's filter that turns RGB into the codec's colours and says what they are.
@@ -280,17 +271,8 @@ impl Codec {
     /// It would use the matrix of standard definition unless told, and leaves ProRes without tags unless the frames
     /// carry them.
     pub fn filter(self, space: Option<OutputSpace>) -> String {
-        let Tags {
-            primaries,
-            transfer,
-            matrix,
-            range,
-        } = self.tags(space);
-        let named = if matrix == "bt2020nc" {
-            "bt2020"
-        } else {
-            matrix
-        };
+        let Tags { primaries, transfer, matrix, range } = self.tags(space);
+        let named = if matrix == "bt2020nc" { "bt2020" } else { matrix };
         let scale = if self.is_rgb() {
             String::new()
         } else {

@@ -33,14 +33,7 @@ fn movie(codec: Codec, space: Option<OutputSpace>) -> Movie {
 
 fn probed(path: &Path) -> serde_json::Value {
     let output = Command::new("ffprobe")
-        .args([
-            "-v",
-            "error",
-            "-show_streams",
-            "-show_format",
-            "-of",
-            "json",
-        ])
+        .args(["-v", "error", "-show_streams", "-show_format", "-of", "json"])
         .arg(path)
         .output()
         .unwrap();
@@ -52,26 +45,12 @@ fn decoded(path: &Path, matrix: &str) -> Vec<u16> {
     let output = Command::new("ffmpeg")
         .args(["-v", "error", "-i"])
         .arg(path)
-        .args([
-            "-frames:v",
-            "1",
-            "-f",
-            "rawvideo",
-            "-pix_fmt",
-            "rgb48le",
-            "-vf",
-        ])
-        .arg(format!(
-            "scale=in_color_matrix={matrix}:flags=accurate_rnd+full_chroma_int"
-        ))
+        .args(["-frames:v", "1", "-f", "rawvideo", "-pix_fmt", "rgb48le", "-vf"])
+        .arg(format!("scale=in_color_matrix={matrix}:flags=accurate_rnd+full_chroma_int"))
         .arg("-")
         .output()
         .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let word = |b: &[u8]| u16::from_le_bytes([b[0], b[1]]);
     output.stdout.chunks_exact(2).map(word).collect()
 }
@@ -86,15 +65,10 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
     let code = shown.display.as_ref().unwrap().0.pixels[0];
     for codec in ALL {
         for &container in codec.endings() {
-            let path = folder
-                .path()
-                .join(format!("a b'{}{}", codec.name(), container.ending()));
-            for space in [
-                None,
-                Some(OutputSpace::Srgb),
-                Some(OutputSpace::P3),
-                Some(OutputSpace::Rec2020),
-            ] {
+            let path = folder.path().join(format!("a b'{}{}", codec.name(), container.ending()));
+            for space in
+                [None, Some(OutputSpace::Srgb), Some(OutputSpace::P3), Some(OutputSpace::Rec2020)]
+            {
                 let is_first = container == codec.endings()[0];
                 if !is_first && space.is_some() {
                     continue;
@@ -114,10 +88,7 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
                     ("color_range", tags.range),
                     ("r_frame_rate", "24000/1001"),
                 ] {
-                    assert_eq!(
-                        video[key], wanted,
-                        "{codec:?} in {container:?}, {space:?}: {key}"
-                    );
+                    assert_eq!(video[key], wanted, "{codec:?} in {container:?}, {space:?}: {key}");
                 }
                 assert_eq!(
                     (video["width"].as_u64(), video["height"].as_u64()),
@@ -135,11 +106,7 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
                     );
                 }
                 let wanted = movie.encoding.codes()(code);
-                let matrix = if tags.matrix == "bt2020nc" {
-                    "bt2020"
-                } else {
-                    "bt709"
-                };
+                let matrix = if tags.matrix == "bt2020nc" { "bt2020" } else { "bt709" };
                 // Rounding to 8 or 10 bits, and what the encoder leaves out.
                 let within = if codec.is_rgb() { 1e-4 } else { 0.012 };
                 for pixel in decoded(&path, matrix).chunks(3) {
@@ -160,16 +127,8 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
                 let number =
                     |i: usize| u16::from_be_bytes([bytes[at + 8 + 2 * i], bytes[at + 9 + 2 * i]]);
                 // Rec. 2020 was the last, or Rec. 709 alone.
-                let wanted = if container == codec.endings()[0] {
-                    9
-                } else {
-                    1
-                };
-                assert_eq!(
-                    [number(0), number(2)],
-                    [wanted; 2],
-                    "{codec:?} in {container:?}"
-                );
+                let wanted = if container == codec.endings()[0] { 9 } else { 1 };
+                assert_eq!([number(0), number(2)], [wanted; 2], "{codec:?} in {container:?}");
             }
         }
     }
@@ -179,10 +138,7 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
 fn sizes_and_rates_that_a_codec_has_not_are_refused_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let said = |name: &str, codec, size, frame_rate| {
-        let movie = Movie {
-            frame_rate,
-            ..movie(codec, None)
-        };
+        let movie = Movie { frame_rate, ..movie(codec, None) };
         let created = ClipWriter::create(&folder.path().join(name), size, &movie);
         created.err().map(|e| e.to_string()).unwrap_or_default()
     };
@@ -192,9 +148,7 @@ fn sizes_and_rates_that_a_codec_has_not_are_refused_in_a_sentence() {
     assert_eq!(Codec::Ffv1.padded((33, 17)), (33, 17));
     assert_eq!(Codec::ProRes422Hq.padded((33, 17)), (34, 18));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-    let wrong = Codec::of(Some(Codec::Ffv1), Path::new("a.mov"))
-        .unwrap_err()
-        .to_string();
+    let wrong = Codec::of(Some(Codec::Ffv1), Path::new("a.mov")).unwrap_err().to_string();
     assert!(wrong.contains("FFV1") && wrong.contains(".mkv"), "{wrong}");
 }
 
@@ -224,10 +178,7 @@ fn names_that_ffmpeg_could_take_for_something_else_are_names() {
         writer.finish(&Progress::silent()).unwrap();
         assert!(std::fs::metadata(&path).unwrap().len() > 500, "{name}");
     }
-    assert_eq!(
-        std::fs::read_dir(folder.path()).unwrap().count(),
-        names.len()
-    );
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), names.len());
     test_support::shown!(Strangers, "A movie's name with spaces, quotes, a line break, a dash in front, concat: or http:",
         danger: "ffmpeg takes it for an option or an address, and writes elsewhere",
         done: "names go to ffmpeg as file: addresses, never through a shell; only files and pipes are opened",

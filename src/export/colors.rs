@@ -26,13 +26,7 @@ pub enum OutputSpace {
 }
 
 impl OutputSpace {
-    pub const ALL: [Self; 5] = [
-        Self::Srgb,
-        Self::Rec709,
-        Self::P3,
-        Self::Rec2020,
-        Self::Acescg,
-    ];
+    pub const ALL: [Self; 5] = [Self::Srgb, Self::Rec709, Self::P3, Self::Rec2020, Self::Acescg];
 
     /// What people call it.
     pub fn name(self) -> &'static str {
@@ -94,11 +88,7 @@ impl Encoding {
     /// When the table cannot be read.
     pub fn open(space: Option<OutputSpace>, table: Option<&Path>) -> Result<Self> {
         let table = table.map(Cube::read).transpose()?.map(Arc::new);
-        Ok(Self {
-            space,
-            table,
-            config: None,
-        })
+        Ok(Self { space, table, config: None })
     }
 
     /// The same, or what a configuration makes of light in place of it.
@@ -106,11 +96,9 @@ impl Encoding {
     pub fn with_config(self, config: Option<Transform>) -> Self {
         match config {
             None => self,
-            Some(config) => Self {
-                space: display_of(&config),
-                table: None,
-                config: Some(Arc::new(config)),
-            },
+            Some(config) => {
+                Self { space: display_of(&config), table: None, config: Some(Arc::new(config)) }
+            }
         }
     }
 
@@ -160,17 +148,13 @@ impl Encoding {
 
     /// The primaries of linear files, unless a configuration decides them.
     pub fn primaries(&self) -> ColorSpace {
-        self.space
-            .map_or(ColorSpace::Rec709, OutputSpace::primaries)
+        self.space.map_or(ColorSpace::Rec709, OutputSpace::primaries)
     }
 
     /// What linear files say of their colours: chromaticities, where they are known, and the space's name.
     pub fn linear_tags(&self) -> (Option<ColorSpace>, Option<String>) {
         match &self.config {
-            None => (
-                Some(self.primaries()),
-                Some(interop_id(self.primaries()).to_owned()),
-            ),
+            None => (Some(self.primaries()), Some(interop_id(self.primaries()).to_owned())),
             Some(config) => {
                 let known = config.known_space();
                 let id = known.map(|space| interop_id(space).to_owned());
@@ -249,10 +233,7 @@ pub(super) fn check_config(
 /// Then.
 pub(super) fn check_linear(config: Option<&Transform>, to: &str, is_linear: bool) -> Result<()> {
     match config.map(|config| &config.target) {
-        Some(Target::Space {
-            name,
-            is_linear: false,
-        }) if is_linear => Err(Error::invalid(
+        Some(Target::Space { name, is_linear: false }) if is_linear => Err(Error::invalid(
             format!("{to} holds linear light, and {name} is not linear, or a look is on it"),
             "Choose a linear colour space, such as scene_linear, without a look",
         )),
@@ -297,10 +278,7 @@ mod tests {
         for space in OutputSpace::ALL {
             for white in [0.0f32, 1.0] {
                 let found = of(space, [white; 3]);
-                assert!(
-                    found.iter().all(|v| (v - white).abs() < 1e-6),
-                    "{space:?}: {found:?}"
-                );
+                assert!(found.iter().all(|v| (v - white).abs() < 1e-6), "{space:?}: {found:?}");
             }
         }
         // Display P3 of pure sRGB red, as CSS Color 4 gives it.

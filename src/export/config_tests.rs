@@ -36,10 +36,8 @@ fn an_exr_holds_the_space_of_a_role_and_its_layers_add_up_there() {
         weight,
         picture: picture(5, 3, color, false).linear.unwrap(),
     };
-    let lamps = vec![
-        layer([0.5, 1.0, 0.25], [0.5, 0.25, 1.0]),
-        layer([0.25, 0.0, 2.0], [1.0, 1.0, 0.125]),
-    ];
+    let lamps =
+        vec![layer([0.5, 1.0, 0.25], [0.5, 0.25, 1.0]), layer([0.25, 0.0, 2.0], [1.0, 1.0, 0.125])];
     let mut whole = picture(5, 3, [0.0; 3], false);
     let sum = whole.linear.as_mut().unwrap();
     for (i, pixel) in sum.pixels.iter_mut().enumerate() {
@@ -48,35 +46,18 @@ fn an_exr_holds_the_space_of_a_role_and_its_layers_add_up_there() {
         }
     }
     let layers = LightLayers { lamps, rest: None }.in_space(encoding.keeps_light());
-    let about = About {
-        encoding: &encoding,
-        layers: Some(&layers),
-        ..about(Bits::Eight)
-    };
+    let about = About { encoding: &encoding, layers: Some(&layers), ..about(Bits::Eight) };
     write_still(&path, &whole, &about).unwrap();
     let read = imaging::file::read_linear(&path).unwrap();
     let matrix = ColorSpace::Rec709.matrix_to(ColorSpace::AcesCg);
-    for (found, light) in read
-        .pixels
-        .iter()
-        .zip(&whole.linear.as_ref().unwrap().pixels)
-    {
+    for (found, light) in read.pixels.iter().zip(&whole.linear.as_ref().unwrap().pixels) {
         let wanted = transformed(&matrix, *light);
         // Half floats.
-        assert!(
-            (0..3).all(|c| (found[c] - wanted[c]).abs() < 1e-3),
-            "{found:?} {wanted:?}"
-        );
+        assert!((0..3).all(|c| (found[c] - wanted[c]).abs() < 1e-3), "{found:?} {wanted:?}");
     }
     assert!(Rebuild::of_file(&path).unwrap().is_exact());
     let read = exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
-    let text = |key: &str| {
-        read.layer_data
-            .attributes
-            .other
-            .get(&Text::from(key))
-            .cloned()
-    };
+    let text = |key: &str| read.layer_data.attributes.other.get(&Text::from(key)).cloned();
     let said = |value: &str| Some(AttributeValue::Text(Text::from(value)));
     assert_eq!(text("colorInteropID"), said("lin_ap1_scene"));
     assert_eq!(text("oiio:ColorSpace"), said("ACEScg"));
@@ -90,10 +71,7 @@ fn a_png_holds_the_codes_of_a_view_and_says_what_they_are() {
     let path = folder.path().join("look.png");
     let chosen = choice(Some(DISPLAY), None);
     let encoding = encoding(&chosen);
-    let about = About {
-        encoding: &encoding,
-        ..about(Bits::Sixteen)
-    };
+    let about = About { encoding: &encoding, ..about(Bits::Sixteen) };
     for opaque in [true, false] {
         let picture = picture(4, 2, [0.5, 4.0, 0.02], opaque);
         write_still(&path, &picture, &about).unwrap();
@@ -111,18 +89,12 @@ fn a_png_holds_the_codes_of_a_view_and_says_what_they_are() {
     let chunks = |path: &Path| {
         let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
         let reader = png::Decoder::new(file).read_info().unwrap();
-        (
-            reader.info().srgb.is_some(),
-            reader.info().gama_chunk.is_some(),
-        )
+        (reader.info().srgb.is_some(), reader.info().gama_chunk.is_some())
     };
     assert!(chunks(&path).0);
     // Codes of a display that no tag is of have none.
     let space = self::encoding(&choice(None, Some("ACEScct")));
-    let about = About {
-        encoding: &space,
-        ..about
-    };
+    let about = About { encoding: &space, ..about };
     write_still(&path, &picture(4, 2, [0.18; 3], true), &about).unwrap();
     assert_eq!(chunks(&path), (false, false));
     let grey = image::open(&path).unwrap().into_rgb16().get_pixel(0, 0).0[1];
@@ -134,23 +106,13 @@ fn a_png_holds_the_codes_of_a_view_and_says_what_they_are() {
 fn a_configuration_that_nothing_is_asked_of_changes_no_byte() {
     let folder = tempfile::tempdir().unwrap();
     let [with, without] = ["with", "without"].map(|name| folder.path().join(name));
-    let named = ColorChoice {
-        config: Some(PathBuf::from(CONFIG)),
-        ..ColorChoice::default()
-    };
+    let named = ColorChoice { config: Some(PathBuf::from(CONFIG)), ..ColorChoice::default() };
     assert_eq!(encoding(&named), Encoding::default());
     for name in ["a.png", "a.exr", "a.tif"] {
         for (folder, encoding) in [(&with, &encoding(&named)), (&without, &Encoding::default())] {
-            let about = About {
-                encoding,
-                ..about(Bits::Eight)
-            };
-            write_still(
-                &folder.join(name),
-                &picture(6, 4, [0.5, 2.0, 0.1], false),
-                &about,
-            )
-            .unwrap();
+            let about = About { encoding, ..about(Bits::Eight) };
+            write_still(&folder.join(name), &picture(6, 4, [0.5, 2.0, 0.1], false), &about)
+                .unwrap();
         }
         let [a, b] = [&with, &without].map(|folder| std::fs::read(folder.join(name)).unwrap());
         assert_eq!(a, b, "{name}");
@@ -162,37 +124,17 @@ fn what_cannot_be_together_is_refused() {
     let view = choice(Some(DISPLAY), None);
     let refused = |space, table: Option<&str>, to: &str, is_linear| {
         let table = table.map(Path::new);
-        check_config(&view, (space, table), to, is_linear)
-            .unwrap_err()
-            .for_terminal()
+        check_config(&view, (space, table), to, is_linear).unwrap_err().for_terminal()
     };
     assert!(refused(Some(OutputSpace::P3), None, "a.png", false).contains("--space"));
     assert!(refused(None, Some("x.cube"), "a.png", false).contains("--lut"));
     assert!(refused(None, None, "a.exr", true).contains("linear light"));
     check_config(&view, (None, None), "a.png", false).unwrap();
-    check_config(
-        &ColorChoice::default(),
-        (Some(OutputSpace::P3), None),
-        "a.exr",
-        true,
-    )
-    .unwrap();
+    check_config(&ColorChoice::default(), (Some(OutputSpace::P3), None), "a.exr", true).unwrap();
     let log = choice(None, Some("ACEScct")).transform().unwrap();
-    let said = check_linear(log.as_ref(), "a.exr", true)
-        .unwrap_err()
-        .to_string();
+    let said = check_linear(log.as_ref(), "a.exr", true).unwrap_err().to_string();
     assert!(said.contains("ACEScct is not linear"), "{said}");
     check_linear(log.as_ref(), "a.png", false).unwrap();
-    let files = Files {
-        ocio: choice(Some("Wall"), None),
-        ..Files::to("a.png")
-    };
-    assert!(
-        files
-            .ocio
-            .transform()
-            .unwrap_err()
-            .to_string()
-            .contains(DISPLAY)
-    );
+    let files = Files { ocio: choice(Some("Wall"), None), ..Files::to("a.png") };
+    assert!(files.ocio.transform().unwrap_err().to_string().contains(DISPLAY));
 }

@@ -33,10 +33,7 @@ impl Destination {
         if Container::of(Path::new(text)).is_some() {
             return Ok(Self::Clip(PathBuf::from(text)));
         }
-        let extension = Path::new(text)
-            .extension()
-            .unwrap_or_default()
-            .to_ascii_lowercase();
+        let extension = Path::new(text).extension().unwrap_or_default().to_ascii_lowercase();
         match extension.to_str() {
             Some("png" | "exr" | "tif" | "tiff") => Ok(Self::Stills(Stills::parse(text)?)),
             _ => Err(Error::invalid(
@@ -144,9 +141,7 @@ fn numbered(text: &str, number: usize) -> String {
 impl Stills {
     /// The file of frame `frame`.
     pub fn path(&self, frame: usize) -> PathBuf {
-        let number = self
-            .digits
-            .map_or(String::new(), |digits| format!("{frame:0digits$}"));
+        let number = self.digits.map_or(String::new(), |digits| format!("{frame:0digits$}"));
         PathBuf::from(format!("{}{number}{}", self.before, self.after))
     }
 
@@ -178,11 +173,7 @@ impl Stills {
                 "Write for example out.%04d.png; a percent sign itself is %%",
             )
         };
-        let mut stills = Self {
-            before: String::new(),
-            digits: None,
-            after: String::new(),
-        };
+        let mut stills = Self { before: String::new(), digits: None, after: String::new() };
         let mut rest = text;
         while let Some((literal, conversion)) = rest.split_once('%') {
             stills.current().push_str(literal);
@@ -191,27 +182,16 @@ impl Stills {
                 rest = next;
                 continue;
             }
-            let digits = conversion
-                .find(|c: char| !c.is_ascii_digit())
-                .unwrap_or(conversion.len());
+            let digits = conversion.find(|c: char| !c.is_ascii_digit()).unwrap_or(conversion.len());
             let (width, next) = conversion.split_at(digits);
-            rest = next
-                .strip_prefix('d')
-                .ok_or_else(|| wrong(format!("%{conversion}")))?;
+            rest = next.strip_prefix('d').ok_or_else(|| wrong(format!("%{conversion}")))?;
             if stills.digits.is_some() {
                 return Err(wrong("two numbers".to_owned()));
             }
-            let width = if width.is_empty() {
-                Ok(1)
-            } else {
-                width.parse()
-            };
+            let width = if width.is_empty() { Ok(1) } else { width.parse() };
             // Longer names than this no file system takes.
             stills.digits = Some(
-                width
-                    .ok()
-                    .filter(|w| *w <= 20)
-                    .ok_or_else(|| wrong(format!("%{conversion}")))?,
+                width.ok().filter(|w| *w <= 20).ok_or_else(|| wrong(format!("%{conversion}")))?,
             );
         }
         stills.current().push_str(rest);
@@ -220,11 +200,7 @@ impl Stills {
 
     /// The part of the path that is being read.
     fn current(&mut self) -> &mut String {
-        if self.digits.is_some() {
-            &mut self.after
-        } else {
-            &mut self.before
-        }
+        if self.digits.is_some() { &mut self.after } else { &mut self.before }
     }
 }
 
@@ -250,21 +226,13 @@ mod tests {
 
     #[test]
     fn the_extension_decides_what_is_made() {
-        for (text, output) in [
-            ("a.PNG", Output::Display),
-            ("a.%d.EXR", Output::Linear),
-            ("one.exr", Output::Linear),
-        ] {
+        for (text, output) in
+            [("a.PNG", Output::Display), ("a.%d.EXR", Output::Linear), ("one.exr", Output::Linear)]
+        {
             assert_eq!(Destination::parse(text).unwrap().output(), output);
         }
-        assert_eq!(
-            Destination::parse("x.mov").unwrap(),
-            Destination::Clip("x.mov".into())
-        );
-        assert_eq!(
-            Destination::parse("x.mov").unwrap().output(),
-            Output::Display
-        );
+        assert_eq!(Destination::parse("x.mov").unwrap(), Destination::Clip("x.mov".into()));
+        assert_eq!(Destination::parse("x.mov").unwrap().output(), Output::Display);
     }
 
     #[test]
@@ -316,11 +284,6 @@ mod tests {
         assert!(
             check("a.png", 1).is_ok() && check("a.%d.png", 9).is_ok() && check("a.mp4", 9).is_ok()
         );
-        assert!(
-            check("a.png", 2)
-                .unwrap_err()
-                .to_string()
-                .contains("2 frames")
-        );
+        assert!(check("a.png", 2).unwrap_err().to_string().contains("2 frames"));
     }
 }

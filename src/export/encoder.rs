@@ -68,10 +68,7 @@ impl Encoder {
             use std::os::unix::process::CommandExt;
             command.process_group(0);
         }
-        command
-            .stdin(Stdio::piped())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped());
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
         let mut child = command.spawn()?;
         let (stdin, stderr) = (child.stdin.take(), child.stderr.take());
         let (say, complaints) = channel();
@@ -85,29 +82,19 @@ impl Encoder {
         std::thread::spawn(move || {
             let mut stdin = stdin;
             for frame in queue {
-                let fed = stdin
-                    .as_mut()
-                    .map_or(Err(io::ErrorKind::BrokenPipe.into()), |stdin| {
-                        frame.chunks(PIECE).try_for_each(|piece| {
-                            stdin.write_all(piece)?;
-                            count.fetch_add(piece.len() as u64, Ordering::Relaxed);
-                            Ok(())
-                        })
-                    });
+                let fed = stdin.as_mut().map_or(Err(io::ErrorKind::BrokenPipe.into()), |stdin| {
+                    frame.chunks(PIECE).try_for_each(|piece| {
+                        stdin.write_all(piece)?;
+                        count.fetch_add(piece.len() as u64, Ordering::Relaxed);
+                        Ok(())
+                    })
+                });
                 if tell.send(fed).is_err() {
                     break;
                 }
             }
         });
-        Ok(Self {
-            child,
-            frames: Some(frames),
-            taken,
-            bytes,
-            complaints,
-            output,
-            patience,
-        })
+        Ok(Self { child, frames: Some(frames), taken, bytes, complaints, output, patience })
     }
 
     /// Waits until it has taken a frame's bytes.

@@ -21,12 +21,7 @@ pub struct Window {
 impl Window {
     /// All of a picture.
     pub fn whole((width, height): (usize, usize)) -> Self {
-        Self {
-            x: 0,
-            y: 0,
-            width,
-            height,
-        }
+        Self { x: 0, y: 0, width, height }
     }
 
     /// The least rectangle with everything that is not 0; one pixel if nothing is.
@@ -42,12 +37,7 @@ impl Window {
         if right == 0 {
             return Self::whole((1, 1));
         }
-        Self {
-            x: left,
-            y: top,
-            width: right - left,
-            height: bottom - top,
-        }
+        Self { x: left, y: top, width: right - left, height: bottom - top }
     }
 
     fn values<'a, T: Copy>(self, raster: &'a Raster<T>) -> impl Iterator<Item = T> + 'a {

@@ -58,21 +58,13 @@ impl ExrFile {
         // Smaller versions of a picture come to as much again.
         let most = unpacked.saturating_mul(2).saturating_add(MOST_BESIDE);
         if length > most {
-            return Err(wrong(format!(
-                "it has {length} bytes for {unpacked} bytes of pixels"
-            )));
+            return Err(wrong(format!("it has {length} bytes for {unpacked} bytes of pixels")));
         }
         let mut bytes = Vec::new();
         file.rewind().map_err(|e| io("read", e))?;
         // It may grow meanwhile.
-        file.take(most)
-            .read_to_end(&mut bytes)
-            .map_err(|e| io("read", e))?;
-        Ok(Self {
-            bytes,
-            parts,
-            unpacked,
-        })
+        file.take(most).read_to_end(&mut bytes).map_err(|e| io("read", e))?;
+        Ok(Self { bytes, parts, unpacked })
     }
 
     /// Decodes all parts.

@@ -10,12 +10,7 @@ pub struct ExrSettings {
     #[arg(id = "exr_samples", long = "exr-samples", value_enum, default_value_t)]
     pub samples: Samples,
     /// Compression of an EXR.
-    #[arg(
-        id = "exr_compression",
-        long = "exr-compression",
-        value_enum,
-        default_value_t
-    )]
+    #[arg(id = "exr_compression", long = "exr-compression", value_enum, default_value_t)]
     pub compression: ExrCompression,
     /// Alpha of an EXR.
     #[arg(id = "exr_alpha", long = "exr-alpha", value_enum, default_value_t)]
@@ -85,14 +80,8 @@ pub enum LayerFiles {
 }
 
 impl ExrCompression {
-    pub const ALL: [Self; 6] = [
-        Self::Zip,
-        Self::Zips,
-        Self::Piz,
-        Self::Pxr24,
-        Self::Rle,
-        Self::None,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Zip, Self::Zips, Self::Piz, Self::Pxr24, Self::Rle, Self::None];
 
     /// What people call it.
     pub fn name(self) -> &'static str {

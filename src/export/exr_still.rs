@@ -30,27 +30,17 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
     let light = written_light(linear, picture, about.encoding, about.exr);
     let alpha = &picture.alpha;
     let samples = about.exr.samples;
-    let window = if about.exr.crop {
-        Window::of(linear, alpha)
-    } else {
-        Window::whole(alpha.size())
-    };
+    let window =
+        if about.exr.crop { Window::of(linear, alpha) } else { Window::whole(alpha.size()) };
     let mut beauty: Vec<_> = color_channels("", &light, window, samples).into();
     beauty.push(channel("A", alpha, window, samples, |a| a));
-    let file = File {
-        about,
-        window,
-        size: alpha.size(),
-    };
+    let file = File { about, window, size: alpha.size() };
     let Some(layers) = about.layers else {
         return file.write(path, vec![(None, beauty)]);
     };
-    let pictures = layers.pictures().map(|(name, light)| {
-        (
-            name,
-            written_light(light, picture, about.encoding, about.exr),
-        )
-    });
+    let pictures = layers
+        .pictures()
+        .map(|(name, light)| (name, written_light(light, picture, about.encoding, about.exr)));
     // The picture itself comes last: once it is there, all is.
     if about.exr.weights || about.exr.layers == LayerFiles::Files {
         let text = layers.weights(path, about.exr.layers);
@@ -66,23 +56,14 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
         LayerFiles::Parts => {
             let mut parts = vec![(Some("rgba".to_owned()), beauty)];
             parts.extend(pictures.map(|(name, light)| {
-                (
-                    Some(name),
-                    color_channels("", &light, window, samples).into(),
-                )
+                (Some(name), color_channels("", &light, window, samples).into())
             }));
             file.write(path, parts)?;
         }
         LayerFiles::Files => {
             for (name, light) in pictures {
                 let channels = color_channels("", &light, window, samples).into();
-                let alone = File {
-                    about: &About {
-                        layers: None,
-                        ..*about
-                    },
-                    ..file
-                };
+                let alone = File { about: &About { layers: None, ..*about }, ..file };
                 alone.write(&beside(path, &name), vec![(None, channels)])?;
             }
             file.write(path, vec![(None, beauty)])?;
@@ -127,12 +108,7 @@ type Part = (Option<String>, Vec<AnyChannel<FlatSamples>>);
 
 impl File<'_> {
     fn write(&self, path: &Path, parts: Vec<Part>) -> Result<()> {
-        let Window {
-            x,
-            y,
-            width,
-            height,
-        } = self.window;
+        let Window { x, y, width, height } = self.window;
         // Scan lines in order: the same picture gives the same bytes.
         let blocking = Blocking {
             compression: self.about.exr.compression.method(),
@@ -167,9 +143,7 @@ impl File<'_> {
             ..LayerAttributes::default()
         };
         if first {
-            let weights = about
-                .layers
-                .map(|layers| layers.attribute(about.exr.layers));
+            let weights = about.layers.map(|layers| layers.attribute(about.exr.layers));
             header.other.extend(weights);
         }
         header
@@ -229,9 +203,7 @@ fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
         }
         // A name ends with 0, so that the shorter of two comes first.
         attributes.sort();
-        bytes
-            .get_mut(start..at)?
-            .copy_from_slice(&attributes.concat());
+        bytes.get_mut(start..at)?.copy_from_slice(&attributes.concat());
         at += 1;
         if !has_parts || *bytes.get(at)? == 0 {
             return Some(());

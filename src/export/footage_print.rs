@@ -27,9 +27,9 @@ impl FootagePrints {
         match picture {
             Picture::File(file) => print_or_missing(file),
             Picture::Movie { file, frame } => match movies::open(file).as_deref() {
-                Ok(Source::Sequence(sequence)) => sequence
-                    .file(*frame)
-                    .map_or_else(missing, |file| print_or_missing(&file)),
+                Ok(Source::Sequence(sequence)) => {
+                    sequence.file(*frame).map_or_else(missing, |file| print_or_missing(&file))
+                }
                 Ok(Source::Movie(_)) => format!("{frame} of {}", self.of_movie(file)),
                 Err(_) => missing(),
             },

@@ -243,9 +243,6 @@ impl Files {
 
     /// Pictures of the plate's size, 8 bits where they are PNGs.
     pub fn to(to: impl Into<String>) -> Self {
-        Self {
-            to: to.into(),
-            ..Self::default()
-        }
+        Self { to: to.into(), ..Self::default() }
     }
 }

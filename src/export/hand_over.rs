@@ -5,10 +5,7 @@ use std::path::PathBuf;
 
 /// What a report's sentence says of the files that were written for other programs; "" without any.
 pub fn handed_over(files: &[PathBuf]) -> String {
-    let files: Vec<String> = files
-        .iter()
-        .map(|file| file.display().to_string())
-        .collect();
+    let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     match &files[..] {
         [] => String::new(),
         files => format!(". To hand over: {}", files.join(", ")),

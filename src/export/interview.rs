@@ -48,10 +48,7 @@ impl Interview {
 
     /// Stills, which have no sound.
     pub fn stills(frame_rate: f64) -> Self {
-        Self {
-            frame_rate,
-            source: None,
-        }
+        Self { frame_rate, source: None }
     }
 
     /// The time code of frame `frame`: the movie's, or else counted from the interview's first frame.
@@ -85,21 +82,9 @@ mod tests {
         }
         let folder = tempfile::tempdir().unwrap();
         let made = Command::new("ffmpeg")
-            .args([
-                "-v",
-                "error",
-                "-f",
-                "lavfi",
-                "-i",
-                "testsrc2=s=64x48:r=30000/1001:d=2",
-            ])
+            .args(["-v", "error", "-f", "lavfi", "-i", "testsrc2=s=64x48:r=30000/1001:d=2"])
             .args(["-f", "lavfi", "-i", "sine=d=2", "-c:v", "prores_ks"])
-            .args([
-                "-timecode",
-                "09:59:59;00",
-                "-metadata:s:v:0",
-                "reel_name=B003",
-            ])
+            .args(["-timecode", "09:59:59;00", "-metadata:s:v:0", "reel_name=B003"])
             .arg(folder.path().join("talk.mov"))
             .status();
         assert!(made.unwrap().success());

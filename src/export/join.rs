@@ -146,14 +146,8 @@ pub fn join_movie(
     let interview = Interview::of(project)?;
     let size = picture_size(project, settings.files.at)?;
     let written = (settings.files.size).map_or(size, |longest| fitted(size, longest));
-    let mut writer = Writer::open(
-        &settings.files,
-        (first, last),
-        size,
-        &interview,
-        None,
-        progress,
-    )?;
+    let mut writer =
+        Writer::open(&settings.files, (first, last), size, &interview, None, progress)?;
     let count = (last - first + 1) as u64;
     let mut join = || {
         for frame in first..=last {
@@ -165,9 +159,9 @@ pub fn join_movie(
         writer.finish(progress)
     };
     join().map_err(|e| match e {
-        Error::Cancelled { .. } => Error::Cancelled {
-            kept: "all frames are kept, no movie was written".to_owned(),
-        },
+        Error::Cancelled { .. } => {
+            Error::Cancelled { kept: "all frames are kept, no movie was written".to_owned() }
+        }
         other => other,
     })?;
     progress.step("joining the movie", count, count, "");

@@ -77,17 +77,9 @@ impl LightLayers {
             for (pixel, &alpha) in picture.pixels.iter_mut().zip(&mask.pixels) {
                 *pixel = pixel.map(|v| v * alpha);
             }
-            Ok(LightLayer {
-                lamp: name.clone(),
-                weight,
-                picture,
-            })
+            Ok(LightLayer { lamp: name.clone(), weight, picture })
         };
-        lamps
-            .enumerate()
-            .map(layer)
-            .collect::<Result<_>>()
-            .map(|lamps| Self { lamps, rest: None })
+        lamps.enumerate().map(layer).collect::<Result<_>>().map(|lamps| Self { lamps, rest: None })
     }
 
     /// The same with `width × height` pixels.
@@ -105,10 +97,7 @@ impl LightLayers {
         let rest = pairs.map(|(whole, part)| std::array::from_fn(|c| whole[c] - part[c]));
         let rest: Vec<[f32; 3]> = rest.collect();
         if rest.iter().flatten().any(|v| *v != 0.0) {
-            self.rest = Some(Image {
-                pixels: rest,
-                ..picture.clone()
-            });
+            self.rest = Some(Image { pixels: rest, ..picture.clone() });
         }
         self
     }
@@ -128,10 +117,7 @@ impl LightLayers {
 
     /// The name of a lamp's layer: never digits alone, which some programs take for numbers.
     fn name(&self, index: usize) -> String {
-        let digits = (self.lamps.len().saturating_sub(1))
-            .to_string()
-            .len()
-            .max(2);
+        let digits = (self.lamps.len().saturating_sub(1)).to_string().len().max(2);
         format!("light_{index:0digits$}")
     }
 

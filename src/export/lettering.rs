@@ -69,9 +69,7 @@ const UNKNOWN: [u8; 5] = [0x7f, 0x41, 0x41, 0x41, 0x7f];
 /// written as capitals.
 pub fn dots(text: &str) -> impl Iterator<Item = (usize, usize)> + '_ {
     text.chars().enumerate().flat_map(|(place, letter)| {
-        let index = LETTERS
-            .chars()
-            .position(|known| known == letter.to_ascii_uppercase());
+        let index = LETTERS.chars().position(|known| known == letter.to_ascii_uppercase());
         let columns = index.map_or(UNKNOWN, |i| DOTS[i]);
         let all = (0..HEIGHT).flat_map(|row| (0..5).map(move |column| (column, row)));
         all.filter(move |&(column, row)| columns[column] >> row & 1 == 1)

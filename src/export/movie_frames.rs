@@ -32,11 +32,7 @@ pub(super) struct MovieFrames {
 
 impl MovieFrames {
     pub fn new(folder: &Path, codec: Codec, alpha: MovieAlpha) -> Self {
-        Self {
-            folder: folder.to_path_buf(),
-            codec,
-            alpha,
-        }
+        Self { folder: folder.to_path_buf(), codec, alpha }
     }
 
     /// The file of frame `frame`.
@@ -147,15 +143,8 @@ mod tests {
             assert!(path.ends_with("000001/000001234.png"), "{}", path.display());
             let fed = frame_bytes(&path, (codec, alpha), &plain, &shown).unwrap();
             assert!(!seen.contains(&fed), "{codec:?} {alpha:?}");
-            assert_eq!(
-                frames.read(1234, (7, 5)).unwrap(),
-                fed,
-                "{codec:?} {alpha:?}"
-            );
-            assert_eq!(
-                super::super::provenance_of(&path).as_deref(),
-                Some("of this")
-            );
+            assert_eq!(frames.read(1234, (7, 5)).unwrap(), fed, "{codec:?} {alpha:?}");
+            assert_eq!(super::super::provenance_of(&path).as_deref(), Some("of this"));
             assert!(frames.read(1234, (9, 5)).is_err(), "another size");
             let whole = std::fs::read(&path).unwrap();
             std::fs::write(&path, &whole[..whole.len() * 2 / 3]).unwrap();

@@ -118,11 +118,7 @@ pub fn overlapped<F: Copy + Send + Sync, R: Send, M: Send>(
         drop(hand_on);
         let (write, written) = writing.join().unwrap_or_else(|panic| resume_unwind(panic));
         let read = reading.join().unwrap_or_else(|panic| resume_unwind(panic));
-        let times = StageTimes {
-            read,
-            make: busy,
-            write,
-        };
+        let times = StageTimes { read, make: busy, write };
         // What was being written comes before what was being made.
         (times, written.and(done))
     })
@@ -151,10 +147,7 @@ mod tests {
         let (_, done) = overlapped(
             &frames,
             |frame| {
-                most.fetch_max(
-                    underway.fetch_add(1, Ordering::SeqCst) + 1,
-                    Ordering::SeqCst,
-                );
+                most.fetch_max(underway.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
                 Ok(frame)
             },
             |frame, read| Ok((frame != 7).then_some(read)),

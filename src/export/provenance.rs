@@ -55,10 +55,7 @@ impl Provenance {
             environments: Vec::new(),
             ..settings.shoot.clone()
         };
-        made_of.text(&format!(
-            "{shoot:?} {:?} {}",
-            settings.framing, settings.size
-        ));
+        made_of.text(&format!("{shoot:?} {:?} {}", settings.framing, settings.size));
         made_of.bytes(&read(&project.calibration_path())?);
         let footage = FootagePrints::default();
         for picture in exemplar_sources(project) {
@@ -105,11 +102,7 @@ impl Provenance {
             lit_by,
             look(asked, front)
         );
-        Ok(Self {
-            common,
-            files: written.0,
-            footage,
-        })
+        Ok(Self { common, files: written.0, footage })
     }
 
     /// Of one frame, which looks as `scene` says and is made of `pictures`: they are read.
@@ -120,10 +113,7 @@ impl Provenance {
         for picture in pictures {
             plate.text(&self.footage.of(picture));
         }
-        format!(
-            "{} look={look} plate={plate} frame={}",
-            self.common, scene.frame
-        )
+        format!("{} look={look} plate={plate} frame={}", self.common, scene.frame)
     }
 }
 

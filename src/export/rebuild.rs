@@ -52,9 +52,7 @@ pub fn rebuilt(path: &Path) -> Result<Image> {
     Ok(Image {
         width: sum.size.0,
         height: sum.size.1,
-        pixels: (sum.lamps.into_iter())
-            .map(|sum| sum.map(|v| v as f32))
-            .collect(),
+        pixels: (sum.lamps.into_iter()).map(|sum| sum.map(|v| v as f32)).collect(),
     })
 }
 
@@ -104,12 +102,7 @@ impl Rebuild {
             Self::compare(layers, row, wanted.iter().map(|v| v.map(f64::from)))
         };
         let none = Self::compare(layers, &[], std::iter::empty());
-        Ok(sum
-            .lamps
-            .chunks(sum.size.0)
-            .enumerate()
-            .map(row)
-            .fold(none, Self::and))
+        Ok(sum.lamps.chunks(sum.size.0).enumerate().map(row).fold(none, Self::and))
     }
 
     /// Compares what the layers of an EXR add up to, rest included, with its picture.
@@ -143,19 +136,12 @@ impl Rebuild {
             for c in 0..3 {
                 // NaN in a file is a difference that no limit allows.
                 let difference = (sum[c] - wanted[c]).abs();
-                residual = residual.max(if difference.is_nan() {
-                    f64::INFINITY
-                } else {
-                    difference
-                });
+                residual =
+                    residual.max(if difference.is_nan() { f64::INFINITY } else { difference });
                 brightest = brightest.max(wanted[c].abs());
             }
         }
-        Self {
-            layers,
-            residual: residual as f32,
-            brightest: brightest as f32,
-        }
+        Self { layers, residual: residual as f32, brightest: brightest as f32 }
     }
 
     /// The worse of two frames.
@@ -221,14 +207,7 @@ impl Sum {
         let mut lamps = vec![[0f64; 3]; pixels];
         for entry in &listing.lamps {
             let weight = entry.weight.map(f64::from);
-            add(
-                path,
-                file,
-                &entry.layer,
-                entry.file.as_deref(),
-                weight,
-                &mut lamps,
-            )?;
+            add(path, file, &entry.layer, entry.file.as_deref(), weight, &mut lamps)?;
         }
         let mut beauty = vec![[0f64; 3]; pixels];
         add_channels(path, first, "", [1.0; 3], &mut beauty)?;
@@ -259,19 +238,13 @@ fn add(
     if let Some(name) = file {
         if !is_bare(name) {
             return Err(Error::invalid(
-                format!(
-                    "{} names a layer's file {name:?}, which is no name alone",
-                    path.display()
-                ),
+                format!("{} names a layer's file {name:?}, which is no name alone", path.display()),
                 REMEDY,
             ));
         }
         let path = path.with_file_name(name);
         let file = ExrFile::open(&path, REMEDY)?.decode(&path, REMEDY)?;
-        let first = file
-            .layer_data
-            .first()
-            .ok_or_else(|| missing(&path, "part"))?;
+        let first = file.layer_data.first().ok_or_else(|| missing(&path, "part"))?;
         return add_channels(&path, first, "", weight, sums);
     }
     match part(picture, layer) {
@@ -297,10 +270,7 @@ fn add_channels(
             .ok_or_else(|| missing(path, &format!("channel {name}")))?;
         if channel.sample_data.len() != sums.len() {
             return Err(Error::invalid(
-                format!(
-                    "{} has a layer of another size than its picture",
-                    path.display()
-                ),
+                format!("{} has a layer of another size than its picture", path.display()),
                 REMEDY,
             ));
         }

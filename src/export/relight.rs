@@ -71,10 +71,7 @@ fn run(
     let (first, last) = part.map_or(whole, |part| part.frames);
     if first > last || first < whole.0 || last > whole.1 {
         return Err(Error::missing(
-            format!(
-                "the export has frames {} to {}, not {first} to {last}",
-                whole.0, whole.1
-            ),
+            format!("the export has frames {} to {}, not {first} to {last}", whole.0, whole.1),
             "Ask for frames of the export",
         ));
     }
@@ -122,9 +119,7 @@ fn run(
         },
     );
     done.map_err(|e| match e {
-        Error::Cancelled { .. } => Error::Cancelled {
-            kept: writer.keeps(),
-        },
+        Error::Cancelled { .. } => Error::Cancelled { kept: writer.keeps() },
         other => other,
     })?;
     let ending = Instant::now();

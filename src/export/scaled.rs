@@ -48,13 +48,7 @@ mod tests {
         assert_eq!(small.linear.as_ref().unwrap().pixels, [[0.5; 3]; 16]);
         let grey = srgb_from_linear(0.5);
         let codes = small.display.unwrap().0;
-        assert!(
-            codes
-                .pixels
-                .iter()
-                .flatten()
-                .all(|c| (c - grey).abs() < 1e-6)
-        );
+        assert!(codes.pixels.iter().flatten().all(|c| (c - grey).abs() < 1e-6));
     }
 
     #[test]

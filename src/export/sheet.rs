@@ -66,16 +66,10 @@ mod tests {
 
     #[test]
     fn tiles_lie_in_rows_with_their_labels_below() {
-        let pictures: Vec<Encoded> = (0..5)
-            .map(|i| Encoded(Raster::filled(40, 30 - i, [0.1 * i as f32; 3])))
-            .collect();
-        let tiles: Vec<Tile> = pictures
-            .iter()
-            .map(|picture| Tile {
-                label: "frame 12: 30.9 db",
-                picture,
-            })
-            .collect();
+        let pictures: Vec<Encoded> =
+            (0..5).map(|i| Encoded(Raster::filled(40, 30 - i, [0.1 * i as f32; 3]))).collect();
+        let tiles: Vec<Tile> =
+            pictures.iter().map(|picture| Tile { label: "frame 12: 30.9 db", picture }).collect();
         let sheet = contact_sheet(&tiles, 3).unwrap().0;
         let cell = (44, 30 + GAP + HEIGHT + GAP);
         assert_eq!(sheet.size(), (GAP + 3 * cell.0, GAP + 2 * cell.1));
@@ -90,10 +84,7 @@ mod tests {
         for (width, columns) in [(1, 0), (3, 9), (700, 1)] {
             let picture = Encoded(Raster::filled(width, 2, [1.0; 3]));
             contact_sheet(
-                &[Tile {
-                    label: "a label that is far too long for it",
-                    picture: &picture,
-                }],
+                &[Tile { label: "a label that is far too long for it", picture: &picture }],
                 columns,
             )
             .unwrap();

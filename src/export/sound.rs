@@ -20,10 +20,8 @@ pub struct Sound(Unfinished);
 
 /// A difference that nobody hears, in seconds: less than a frame.
 const UNHEARD_S: f64 = 0.02;
-const REMEDY: (&str, &str) = (
-    "Check that the interview's movie is there and whole, or export without sound",
-    "--no-sound",
-);
+const REMEDY: (&str, &str) =
+    ("Check that the interview's movie is there and whole, or export without sound", "--no-sound");
 
 /// What ffprobe says of a movie.
 #[derive(Deserialize)]
@@ -95,25 +93,17 @@ impl Sound {
         let cause = match ffmpeg.end(progress) {
             Ok(status) if status.success() => return Ok(Some(Self(unfinished))),
             Err(Unanswered::Stopped) => {
-                return Err(Error::Cancelled {
-                    kept: "no movie was written".to_owned(),
-                });
+                return Err(Error::Cancelled { kept: "no movie was written".to_owned() });
             }
-            Ok(status) => format!(
-                "ffmpeg ended with {status}. ffmpeg says: {}",
-                ffmpeg.complaints()
-            ),
+            Ok(status) => {
+                format!("ffmpeg ended with {status}. ffmpeg says: {}", ffmpeg.complaints())
+            }
             Err(Unanswered::Hung(patience)) => {
                 format!("ffmpeg gave no sign for {} s", patience.as_secs())
             }
             Err(Unanswered::Io(e)) => format!("ffmpeg cannot be waited for: {e}"),
         };
-        Err(Error::codec(
-            "read the sound of",
-            &source.file,
-            cause,
-            REMEDY,
-        ))
+        Err(Error::codec("read the sound of", &source.file, cause, REMEDY))
     }
 
     /// Where it is.

@@ -20,24 +20,8 @@ fn interview(folder: &Path, sound_s: f64) -> Interview {
     let made = Command::new("ffmpeg")
         .args(["-v", "error", "-y", "-f", "lavfi", "-i"])
         .arg("testsrc2=s=64x48:r=30000/1001:d=2.002")
-        .args([
-            "-filter_complex",
-            &volume,
-            "-map",
-            "0:v",
-            "-map",
-            "[a]",
-            "-map",
-            "[b]",
-        ])
-        .args([
-            "-c:v",
-            "prores_ks",
-            "-c:a",
-            "pcm_s16le",
-            "-timecode",
-            "01:00:59;20",
-        ])
+        .args(["-filter_complex", &volume, "-map", "0:v", "-map", "[a]", "-map", "[b]"])
+        .args(["-c:v", "prores_ks", "-c:a", "pcm_s16le", "-timecode", "01:00:59;20"])
         .arg(file_url(&file))
         .status();
     assert!(made.unwrap().success());
@@ -57,22 +41,10 @@ fn samples(path: &Path, stream: usize) -> Vec<f32> {
     let output = Command::new("ffmpeg")
         .args(["-v", "error", "-i"])
         .arg(file_url(path))
-        .args([
-            "-map",
-            &format!("0:a:{stream}"),
-            "-ac",
-            "1",
-            "-f",
-            "f32le",
-            "-",
-        ])
+        .args(["-map", &format!("0:a:{stream}"), "-ac", "1", "-f", "f32le", "-"])
         .output()
         .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let value = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
     output.stdout.chunks_exact(4).map(value).collect()
 }
@@ -113,10 +85,7 @@ fn sound_is_cut_to_the_exported_frames() {
             let loud = samples.iter().position(|v| v.abs() > 0.01).unwrap() as f64;
             let begins = (20.0 - first as f64) / RATE * 48000.0;
             // The tone needs a sample to be heard.
-            assert!(
-                (loud - begins).abs() <= 3.0,
-                "{first}: {loud} is not {begins}"
-            );
+            assert!((loud - begins).abs() <= 3.0, "{first}: {loud} is not {begins}");
         }
     }
     test_support::shown!(Strangers, "A part of an interview with sound is exported",
@@ -136,11 +105,7 @@ fn sound_that_is_shorter_or_longer_than_the_pictures_fits_them_and_that_is_said(
         let (sound, said) =
             heard(|progress| Sound::extract(&interview, (0, 59), &beside, progress));
         let samples = samples(sound.unwrap().unwrap().path(), 0);
-        assert!(
-            (samples.len() as f64 - 60.0 / RATE * 48000.0).abs() <= 1.0,
-            "{}",
-            samples.len()
-        );
+        assert!((samples.len() as f64 - 60.0 / RATE * 48000.0).abs() <= 1.0, "{}", samples.len());
         assert_eq!(said.contains("silence"), complains, "{said}");
         let last = samples.iter().rposition(|v| v.abs() > 0.01).unwrap() as f64 / 48000.0;
         assert!((last - sound_s.min(2.0)).abs() < 0.01, "{last}");
@@ -166,9 +131,8 @@ fn a_movie_has_the_interviews_sound_time_code_and_reel() {
         ("a.mkv", Codec::Ffv1),
     ] {
         let path = folder.path().join(name);
-        let sound = Sound::extract(&interview, (12, 23), &path, &Progress::silent())
-            .unwrap()
-            .unwrap();
+        let sound =
+            Sound::extract(&interview, (12, 23), &path, &Progress::silent()).unwrap().unwrap();
         let movie = Movie {
             codec,
             frame_rate: interview.frame_rate,
@@ -182,15 +146,7 @@ fn a_movie_has_the_interviews_sound_time_code_and_reel() {
         (12..24).for_each(|_| writer.push(&shown, &Progress::silent()).unwrap());
         writer.finish(&Progress::silent()).unwrap();
         let output = Command::new("ffprobe")
-            .args([
-                "-v",
-                "error",
-                "-count_frames",
-                "-show_streams",
-                "-show_format",
-                "-of",
-                "json",
-            ])
+            .args(["-v", "error", "-count_frames", "-show_streams", "-show_format", "-of", "json"])
             .arg(&path)
             .output()
             .unwrap();
@@ -199,31 +155,18 @@ fn a_movie_has_the_interviews_sound_time_code_and_reel() {
         let video = streams.iter().find(|s| s["codec_type"] == "video").unwrap();
         assert_eq!(video["nb_read_frames"], "12", "{name}");
         assert_eq!(video["r_frame_rate"], "30000/1001", "{name}");
-        let sounds = streams
-            .iter()
-            .filter(|s| s["codec_type"] == "audio")
-            .count();
+        let sounds = streams.iter().filter(|s| s["codec_type"] == "audio").count();
         assert_eq!(sounds, 2, "{name}: both tracks");
         let all = found.to_string();
         // 01:00:59;20 and 12 frames: 00 and 01 are dropped.
-        assert!(
-            all.contains("01:01:00;04") || all.contains("01:01:00:04"),
-            "{name}: {all}"
-        );
+        assert!(all.contains("01:01:00;04") || all.contains("01:01:00:04"), "{name}: {all}");
         let samples = samples(&path, 0);
         let wanted = 12.0 / RATE * 48000.0;
         // AAC comes in blocks of 1024.
         let within = if codec == Codec::H264 { 1100.0 } else { 2.0 };
-        assert!(
-            (samples.len() as f64 - wanted).abs() <= within,
-            "{name}: {}",
-            samples.len()
-        );
+        assert!((samples.len() as f64 - wanted).abs() <= within, "{name}: {}", samples.len());
         let loud = samples.iter().position(|v| v.abs() > 0.05).unwrap() as f64;
-        assert!(
-            (loud - 8.0 / RATE * 48000.0).abs() < 300.0,
-            "{name}: {loud}"
-        );
+        assert!((loud - 8.0 / RATE * 48000.0).abs() < 300.0, "{name}: {loud}");
     }
 }
 
@@ -237,21 +180,13 @@ fn a_movie_without_sound_or_that_is_cut_off_is_said() {
     let file = interview.source.as_ref().unwrap().file.clone();
     let extract = || {
         heard(|progress| {
-            Sound::extract(
-                &interview,
-                (0, 9),
-                &folder.path().join("clip.mov"),
-                progress,
-            )
+            Sound::extract(&interview, (0, 9), &folder.path().join("clip.mov"), progress)
         })
     };
     let whole = std::fs::read(&file).unwrap();
     std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();
     let said = extract().0.unwrap_err().for_terminal();
-    assert!(
-        said.contains("take 1") && said.contains("--no-sound"),
-        "{said}"
-    );
+    assert!(said.contains("take 1") && said.contains("--no-sound"), "{said}");
     let silent = Command::new("ffmpeg")
         .args([
             "-v",
@@ -268,10 +203,7 @@ fn a_movie_without_sound_or_that_is_cut_off_is_said() {
         .status();
     assert!(silent.unwrap().success());
     let (sound, said) = extract();
-    assert!(
-        sound.unwrap().is_none() && said.contains("has no sound"),
-        "{said}"
-    );
+    assert!(sound.unwrap().is_none() && said.contains("has no sound"), "{said}");
     std::fs::write(&file, "#EXTM3U\nhttp://localhost/a.ts\n").unwrap();
     let said = extract().0.unwrap_err().to_string();
     assert!(said.contains("take 1"), "{said}");

@@ -62,16 +62,10 @@ pub fn write_still_png(path: &Path, picture: &Picture, about: &About) -> Result<
     let (width, height) = picture.alpha.size();
     write_beside(path, |out| {
         let mut info = png::Info::with_size(width as u32, height as u32);
-        info.color_type = if opaque {
-            png::ColorType::Rgb
-        } else {
-            png::ColorType::Rgba
-        };
+        info.color_type = if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba };
         let bytes: Vec<u8> = match about.bits {
             Bits::Eight => codes.map(byte_from_unit).collect(),
-            Bits::Sixteen => codes
-                .flat_map(|v| word_from_unit(v).to_be_bytes())
-                .collect(),
+            Bits::Sixteen => codes.flat_map(|v| word_from_unit(v).to_be_bytes()).collect(),
         };
         info.bit_depth = match about.bits {
             Bits::Eight => png::BitDepth::Eight,
@@ -109,12 +103,7 @@ fn color_chunks<W: io::Write>(
         }
         Some(space) => space,
     };
-    let Primaries {
-        red,
-        green,
-        blue,
-        white,
-    } = space.primaries().primaries();
+    let Primaries { red, green, blue, white } = space.primaries().primaries();
     let at = |[x, y]: [f64; 2]| (x as f32, y as f32);
     encoder.set_source_chromaticities(png::SourceChromaticities::new(
         at(white),

@@ -12,11 +12,7 @@ use std::sync::LazyLock;
 /// A flat picture, premultiplied, whose alpha falls from left to right where it is not opaque.
 pub fn picture(width: usize, height: usize, color: [f32; 3], opaque: bool) -> Picture {
     let alpha = Mask::from_fn(width, height, |x, _| {
-        if opaque {
-            1.0
-        } else {
-            1.0 - x as f32 / (width - 1) as f32
-        }
+        if opaque { 1.0 } else { 1.0 - x as f32 / (width - 1) as f32 }
     });
     let linear: Image = alpha.map(|a| color.map(|v| v * a));
     Picture {
@@ -62,24 +58,12 @@ fn an_exr_keeps_light_alpha_and_says_what_it_is() {
     )
     .unwrap();
     let identity = &read.layer_data.attributes.other[&Text::from("colorInteropID")];
-    assert_eq!(
-        *identity,
-        AttributeValue::Text(Text::from("lin_rec709_scene"))
-    );
+    assert_eq!(*identity, AttributeValue::Text(Text::from("lin_rec709_scene")));
     assert!(read.attributes.chromaticities.is_some());
+    assert_eq!(read.layer_data.attributes.frames_per_second, Some((24000, 1001)));
     assert_eq!(
-        read.layer_data.attributes.frames_per_second,
-        Some((24000, 1001))
-    );
-    assert_eq!(
-        (
-            read.layer_data.encoding.compression,
-            read.layer_data.encoding.blocks
-        ),
-        (
-            exr::prelude::Compression::ZIP16,
-            exr::prelude::Blocks::ScanLines
-        )
+        (read.layer_data.encoding.compression, read.layer_data.encoding.blocks),
+        (exr::prelude::Compression::ZIP16, exr::prelude::Blocks::ScanLines)
     );
     let bytes = std::fs::read(&path).unwrap();
     // The encoder's own order of attributes changes from one time to the next.
@@ -115,12 +99,7 @@ fn a_png_is_opaque_or_has_straight_alpha() {
 fn a_png_of_16_bits_tells_apart_what_8_bits_cannot() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("deep.png");
-    write_still(
-        &path,
-        &picture(4, 2, [0.5; 3], false),
-        &about(Bits::Sixteen),
-    )
-    .unwrap();
+    write_still(&path, &picture(4, 2, [0.5; 3], false), &about(Bits::Sixteen)).unwrap();
     let read = image::open(&path).unwrap();
     assert_eq!(read.color(), image::ColorType::Rgba16);
     let read = read.into_rgba16();
@@ -137,42 +116,25 @@ fn light_layers_times_their_weights_give_back_the_subject() {
     let lamp = |i: usize| LightLayer {
         lamp: format!("olat {i} ü"),
         weight: [0.5 + i as f32, 0.25, 1.0 / (1.0 + i as f32)],
-        picture: Raster::from_fn(5, 3, |x, y| {
-            [x as f32 + 0.1, y as f32, (i * x) as f32 / 7.0]
-        }),
+        picture: Raster::from_fn(5, 3, |x, y| [x as f32 + 0.1, y as f32, (i * x) as f32 / 7.0]),
     };
-    let lights = LightLayers {
-        lamps: (0..12).map(lamp).collect(),
-        rest: None,
-    };
+    let lights = LightLayers { lamps: (0..12).map(lamp).collect(), rest: None };
     let mut relit = Image::filled(5, 3, [0.0; 3]);
-    for LightLayer {
-        weight, picture, ..
-    } in &lights.lamps
-    {
+    for LightLayer { weight, picture, .. } in &lights.lamps {
         for (sum, value) in relit.pixels.iter_mut().zip(&picture.pixels) {
             (0..3).for_each(|c| sum[c] += weight[c] * value[c]);
         }
     }
-    let shown = Picture {
-        linear: Some(relit.clone()),
-        ..picture(5, 3, [0.0; 3], true)
-    };
+    let shown = Picture { linear: Some(relit.clone()), ..picture(5, 3, [0.0; 3], true) };
     let with = |lights: &LightLayers| {
         let layers = Some(lights);
-        let about = About {
-            layers,
-            ..about(Bits::Eight)
-        };
+        let about = About { layers, ..about(Bits::Eight) };
         write_still(&path, &shown, &about).unwrap();
         Rebuild::check(&path, lights.lamps.len(), &relit).unwrap()
     };
     let check = with(&lights);
     // Half floats keep 11 bits of each layer.
-    assert!(
-        check.residual <= check.brightest * 2f32.powi(-11),
-        "{check:?}"
-    );
+    assert!(check.residual <= check.brightest * 2f32.powi(-11), "{check:?}");
     let file = exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
     let channels = file.layer_data.channel_data.list;
     let names: Vec<String> = channels.iter().map(|c| c.name.to_string()).collect();
@@ -185,10 +147,7 @@ fn light_layers_times_their_weights_give_back_the_subject() {
 
     let mut other = lights.clone();
     other.lamps[7].weight[0] *= 1.05;
-    assert!(
-        with(&other).residual > 4.0 * check.residual,
-        "a wrong weight is seen"
-    );
+    assert!(with(&other).residual > 4.0 * check.residual, "a wrong weight is seen");
     write_still(&path, &shown, &about(Bits::Eight)).unwrap();
     assert!(rebuilt(&path).unwrap_err().to_string().contains("weights"));
 }
@@ -196,10 +155,7 @@ fn light_layers_times_their_weights_give_back_the_subject() {
 #[test]
 fn a_linear_picture_is_no_png() {
     let folder = tempfile::tempdir().unwrap();
-    let linear = Picture {
-        display: None,
-        ..picture(2, 2, [0.5; 3], true)
-    };
+    let linear = Picture { display: None, ..picture(2, 2, [0.5; 3], true) };
     let path = folder.path().join("a.png");
     let error = write_still(&path, &linear, &about(Bits::Eight)).unwrap_err();
     assert!(error.to_string().contains("linear light"));
@@ -223,11 +179,8 @@ fn a_png_and_a_tiff_say_their_colour_space_and_what_they_are_of() {
         Some(OutputSpace::Rec2020),
     ] {
         let encoding = Encoding::open(space, None).unwrap();
-        let about = About {
-            encoding: &encoding,
-            provenance: Some("look=12"),
-            ..about(Bits::Sixteen)
-        };
+        let about =
+            About { encoding: &encoding, provenance: Some("look=12"), ..about(Bits::Sixteen) };
         let wanted = encoding.codes()(shown.display.as_ref().unwrap().0.pixels[0]);
         for name in ["a.png", "a.tif", "b.TIFF"] {
             let path = folder.path().join(name);
@@ -239,9 +192,7 @@ fn a_png_and_a_tiff_say_their_colour_space_and_what_they_are_of() {
             );
         }
         let file = std::fs::File::open(folder.path().join("a.png")).unwrap();
-        let reader = png::Decoder::new(std::io::BufReader::new(file))
-            .read_info()
-            .unwrap();
+        let reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
         let info = reader.info();
         let text = &info.uncompressed_latin1_text[0];
         assert_eq!((&*text.keyword, &*text.text), (PROVENANCE, "look=12"));
@@ -255,10 +206,7 @@ fn a_png_and_a_tiff_say_their_colour_space_and_what_they_are_of() {
             tiff::decoder::Decoder::new(std::fs::File::open(folder.path().join("a.tif")).unwrap())
                 .unwrap();
         let said = tiff.get_tag_ascii_string(Tag::ImageDescription).unwrap();
-        assert!(
-            said.contains("look=12") && said.contains("Colour space"),
-            "{said}"
-        );
+        assert!(said.contains("look=12") && said.contains("Colour space"), "{said}");
     }
     let path = folder.path().join("cut.tif");
     write_still(&path, &picture(4, 2, [0.5; 3], false), &about(Bits::Eight)).unwrap();
@@ -273,25 +221,11 @@ fn every_compression_gives_back_half_floats() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let mut shown = picture(37, 21, [0.5; 3], false);
-    shown.linear = Some(Raster::from_fn(37, 21, |x, y| {
-        [x as f32 / 7.0, (x * y) as f32, 0.1]
-    }));
+    shown.linear = Some(Raster::from_fn(37, 21, |x, y| [x as f32 / 7.0, (x * y) as f32, 0.1]));
     for compression in ExrCompression::ALL {
         for samples in [Samples::Half, Samples::Float] {
-            let exr = ExrSettings {
-                samples,
-                compression,
-                ..ExrSettings::default()
-            };
-            write_still(
-                &path,
-                &shown,
-                &About {
-                    exr,
-                    ..about(Bits::Eight)
-                },
-            )
-            .unwrap();
+            let exr = ExrSettings { samples, compression, ..ExrSettings::default() };
+            write_still(&path, &shown, &About { exr, ..about(Bits::Eight) }).unwrap();
             let found = file::read_linear(&path).unwrap();
             for (found, wanted) in found
                 .pixels
@@ -319,26 +253,16 @@ fn every_still_says_what_it_was_made_of() {
     use super::super::provenance::provenance_of;
     let folder = tempfile::tempdir().unwrap();
     let light = picture(4, 3, [0.5; 3], true).linear.unwrap();
-    let layers = LightLayers {
-        lamps: Vec::new(),
-        rest: Some(light),
-    };
+    let layers = LightLayers { lamps: Vec::new(), rest: Some(light) };
     for name in ["a.png", "a.tif", "a.exr", "b.exr"] {
         let path = folder.path().join(name);
         let about = About {
             provenance: Some("look=1 frame=2"),
             layers: (name == "b.exr").then_some(&layers),
-            exr: ExrSettings {
-                layers: LayerFiles::Parts,
-                ..ExrSettings::default()
-            },
+            exr: ExrSettings { layers: LayerFiles::Parts, ..ExrSettings::default() },
             ..about(Bits::Eight)
         };
         write_still(&path, &picture(4, 3, [0.5; 3], true), &about).unwrap();
-        assert_eq!(
-            provenance_of(&path).as_deref(),
-            Some("look=1 frame=2"),
-            "{name}"
-        );
+        assert_eq!(provenance_of(&path).as_deref(), Some("look=1 frame=2"), "{name}");
     }
 }

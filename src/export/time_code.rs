@@ -23,15 +23,8 @@ impl TimeCode {
     /// The time of frame `frame` of a clip of `frame_rate` frames per second that begins at 00:00:00:00, without
     /// dropped numbers; after a day it starts again.
     pub fn of(frame: usize, frame_rate: f64) -> Self {
-        Self {
-            hours: 0,
-            minutes: 0,
-            seconds: 0,
-            frame: 0,
-            rate: whole(frame_rate),
-            drop: false,
-        }
-        .plus(frame)
+        Self { hours: 0, minutes: 0, seconds: 0, frame: 0, rate: whole(frame_rate), drop: false }
+            .plus(frame)
     }
 
     /// Reads `HH:MM:SS:FF` of a clip of `frame_rate` frames per second; a semicolon or a dot before the frames says that
@@ -70,23 +63,17 @@ impl TimeCode {
         let rate = whole(frame_rate);
         let together = rate.div_ceil(30);
         let fits = code.hours < 24 && code.minutes < 60 && code.seconds < 60;
-        let among = if code.field_phase {
-            1..together
-        } else {
-            0..u16::from(fits)
-        };
+        let among = if code.field_phase { 1..together } else { 0..u16::from(fits) };
         let frames = among.map(move |n| u16::from(code.frame) * together + n);
-        frames
-            .filter(move |frame| fits && *frame < rate)
-            .map(move |frame| Self {
-                hours: code.hours,
-                minutes: code.minutes,
-                seconds: code.seconds,
-                frame,
-                rate,
-                // A rate that drops no numbers cannot have them dropped.
-                drop: code.drop_frame && rate.is_multiple_of(30),
-            })
+        frames.filter(move |frame| fits && *frame < rate).map(move |frame| Self {
+            hours: code.hours,
+            minutes: code.minutes,
+            seconds: code.seconds,
+            frame,
+            rate,
+            // A rate that drops no numbers cannot have them dropped.
+            drop: code.drop_frame && rate.is_multiple_of(30),
+        })
     }
 
     /// The time `frames` frames later.
@@ -122,11 +109,7 @@ impl TimeCode {
 
     /// Numbers that are left out in a minute: 2 of 30, 4 of 60.
     fn dropped(self) -> u64 {
-        if self.drop {
-            u64::from(self.rate) / 15
-        } else {
-            0
-        }
+        if self.drop { u64::from(self.rate) / 15 } else { 0 }
     }
 }
 
@@ -155,13 +138,7 @@ impl From<TimeCode> for attribute::TimeCode {
 
 impl fmt::Display for TimeCode {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self {
-            hours,
-            minutes,
-            seconds,
-            frame,
-            ..
-        } = self;
+        let Self { hours, minutes, seconds, frame, .. } = self;
         let mark = if self.drop { ';' } else { ':' };
         write!(f, "{hours:02}:{minutes:02}:{seconds:02}{mark}{frame:02}")
     }
@@ -192,10 +169,7 @@ mod tests {
         let packed = |frame, rate| attribute::TimeCode::from(TimeCode::of(frame, rate));
         let last = packed(59, 59.94);
         assert_eq!((last.frame, last.field_phase), (29, true));
-        assert_eq!(
-            (packed(58, 59.94).frame, packed(58, 59.94).field_phase),
-            (29, false)
-        );
+        assert_eq!((packed(58, 59.94).frame, packed(58, 59.94).field_phase), (29, false));
         assert_eq!(packed(29, 30.0).frame, 29);
         for (frame, rate) in [(47, 48.0), (119, 120.0), (999, 1000.0)] {
             packed(frame, rate).pack_time_as_tv60_u32().unwrap();
@@ -247,9 +221,6 @@ mod tests {
             assert_eq!(TimeCode::parse(text, 24.0), None, "{text}");
         }
         assert!(TimeCode::parse("00:00:00;00", 23.976).is_none());
-        assert_eq!(
-            TimeCode::parse(" 10:20:30:12", 25.0).unwrap().to_string(),
-            "10:20:30:12"
-        );
+        assert_eq!(TimeCode::parse(" 10:20:30:12", 25.0).unwrap().to_string(), "10:20:30:12");
     }
 }

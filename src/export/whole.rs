@@ -15,11 +15,7 @@ const REMEDY: &str = "Write this frame again";
 /// # Errors
 /// When it is not there, or not whole.
 pub(super) fn check_whole(path: &Path) -> Result<()> {
-    let file = || {
-        open(path)
-            .map(BufReader::new)
-            .map_err(|e| Error::io("open", path, e, REMEDY))
-    };
+    let file = || open(path).map(BufReader::new).map_err(|e| Error::io("open", path, e, REMEDY));
     let broken = |cause: String| Error::codec("read", path, cause, REMEDY);
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     match ending.to_str() {
@@ -28,13 +24,9 @@ pub(super) fn check_whole(path: &Path) -> Result<()> {
                 .map_err(|e| broken(e.to_string()))?
                 .headers;
             check_openexr(&parts).map_err(broken)?;
-            let reader = exr::prelude::read()
-                .no_deep_data()
-                .largest_resolution_level();
+            let reader = exr::prelude::read().no_deep_data().largest_resolution_level();
             let read = reader.all_channels().all_layers().all_attributes();
-            read.from_buffered(file()?)
-                .map(drop)
-                .map_err(|e| broken(e.to_string()))
+            read.from_buffered(file()?).map(drop).map_err(|e| broken(e.to_string()))
         }
         Some("tif" | "tiff") => {
             let decoded =
@@ -52,9 +44,7 @@ pub(super) fn check_whole(path: &Path) -> Result<()> {
 pub(super) fn read_png(path: &Path) -> Result<(Vec<u8>, png::OutputInfo)> {
     let broken = |e: png::DecodingError| Error::codec("read", path, e, REMEDY);
     let file = open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
-    let mut reader = png::Decoder::new(BufReader::new(file))
-        .read_info()
-        .map_err(broken)?;
+    let mut reader = png::Decoder::new(BufReader::new(file)).read_info().map_err(broken)?;
     let size = reader
         .output_buffer_size()
         .ok_or_else(|| Error::codec("read", path, "it is too large", REMEDY))?;

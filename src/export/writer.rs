@@ -177,10 +177,8 @@ impl Writer {
                 };
                 write_still(&path, &shown, &about)?;
                 let check = lights.as_ref().map(|lights| {
-                    let subject = Picture {
-                        linear: lights.subject.linear.clone(),
-                        ..shown.clone()
-                    };
+                    let subject =
+                        Picture { linear: lights.subject.linear.clone(), ..shown.clone() };
                     Rebuild::of_written(&path, &subject, &about)
                 });
                 check.transpose()
@@ -291,11 +289,7 @@ pub(super) fn output(
 fn folder(file: PathBuf) -> Option<PathBuf> {
     let folder = file.parent()?;
     let here = folder.as_os_str().is_empty();
-    Some(if here {
-        ".".into()
-    } else {
-        folder.to_path_buf()
-    })
+    Some(if here { ".".into() } else { folder.to_path_buf() })
 }
 
 /// Refuses files that cannot hold what is asked for.
@@ -329,10 +323,7 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
             let codec = Codec::of(files.codec, path)?;
             if files.movie_alpha == MovieAlpha::Premultiplied && !codec.has_alpha() {
                 return Err(Error::invalid(
-                    format!(
-                        "{} keeps no alpha: {to} cannot be premultiplied",
-                        codec.name()
-                    ),
+                    format!("{} keeps no alpha: {to} cannot be premultiplied", codec.name()),
                     (
                         "Write ProRes 4444 (.mov) or FFV1 (.mkv), or no alpha of a movie",
                         "leave --movie-alpha out",
@@ -361,10 +352,7 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
     if files.resume && matches!(destination, Destination::Clip(_)) {
         return Err(Error::invalid(
             format!("{to} is a movie, which is written whole: it cannot resume"),
-            (
-                "Write stills, such as out.%04d.png, or start over",
-                "leave --resume out",
-            ),
+            ("Write stills, such as out.%04d.png, or start over", "leave --resume out"),
         ));
     }
     if files.layers && !is_linear {

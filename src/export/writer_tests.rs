@@ -21,19 +21,13 @@ fn noise(size: usize) -> Picture {
             (state >> 8) as f32 / (1 << 24) as f32
         })
     });
-    Picture {
-        display: Some(Encoded(codes)),
-        ..picture(size, size, [0.5; 3], true)
-    }
+    Picture { display: Some(Encoded(codes)), ..picture(size, size, [0.5; 3], true) }
 }
 
 /// Writes frames until one cannot be written.
 fn fill(writer: &mut Writer, shown: &Picture) -> Error {
-    let fails = (0..200).find_map(|frame| {
-        writer
-            .write(frame, shown, None, None, &Progress::silent())
-            .err()
-    });
+    let fails = (0..200)
+        .find_map(|frame| writer.write(frame, shown, None, None, &Progress::silent()).err());
     fails
         .or_else(|| writer.finish(&Progress::silent()).err())
         .expect("the disk has no room for this")
@@ -45,15 +39,8 @@ fn stills_that_a_full_disk_had_room_for_are_kept_whole() {
         return;
     };
     let (files, shown) = (Files::to(disk.at("shot.%04d.png")), noise(80));
-    let mut writer = Writer::open(
-        &files,
-        (0, 199),
-        (80, 80),
-        &film(),
-        None,
-        &Progress::silent(),
-    )
-    .unwrap();
+    let mut writer =
+        Writer::open(&files, (0, 199), (80, 80), &film(), None, &Progress::silent()).unwrap();
     let said = fill(&mut writer, &shown).to_string();
     let kept = disk.names();
     assert!(!kept.is_empty() && kept.len() < 5, "{kept:?}");
@@ -81,15 +68,8 @@ fn a_movie_that_a_full_disk_has_no_room_for_leaves_nothing_and_what_was_there() 
         };
         std::fs::write(disk.at(name), "an older movie").unwrap();
         let files = Files::to(disk.at(name));
-        let mut writer = Writer::open(
-            &files,
-            (0, 199),
-            (256, 256),
-            &film(),
-            None,
-            &Progress::silent(),
-        )
-        .unwrap();
+        let mut writer =
+            Writer::open(&files, (0, 199), (256, 256), &film(), None, &Progress::silent()).unwrap();
         let said = fill(&mut writer, &noise(256)).to_string();
         drop(writer);
         assert!(said.contains("room"), "{said}");
@@ -104,25 +84,15 @@ fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
     let to = folder.path().join("shot.%02d.png").display().to_string();
     let shown = picture(16, 16, [0.5; 3], true);
     for existing in [Existing::Keep, Existing::Keep, Existing::Replace] {
-        let files = Files {
-            existing,
-            ..Files::to(&to)
-        };
+        let files = Files { existing, ..Files::to(&to) };
         let mut writer =
             Writer::open(&files, (3, 4), (16, 16), &film(), None, &Progress::silent()).unwrap();
         for frame in [3, 4] {
-            writer
-                .write(frame, &shown, None, None, &Progress::silent())
-                .unwrap();
+            writer.write(frame, &shown, None, None, &Progress::silent()).unwrap();
         }
         writer.finish(&Progress::silent()).unwrap();
     }
-    let wanted = [
-        "shot.03.png",
-        "shot.04.png",
-        "shot_2.03.png",
-        "shot_2.04.png",
-    ];
+    let wanted = ["shot.03.png", "shot.04.png", "shot_2.03.png", "shot_2.04.png"];
     assert_eq!(names(folder.path()), wanted);
 }
 
@@ -130,20 +100,12 @@ fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
 fn pictures_are_written_at_the_size_that_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     for (name, size) in [("small.png", 16), ("large.exr", 50)] {
-        let files = Files {
-            size: Some(size),
-            ..Files::to(folder.path().join(name).display().to_string())
-        };
+        let files =
+            Files { size: Some(size), ..Files::to(folder.path().join(name).display().to_string()) };
         let mut writer =
             Writer::open(&files, (0, 0), (32, 32), &film(), None, &Progress::silent()).unwrap();
         writer
-            .write(
-                0,
-                &picture(32, 32, [0.5; 3], false),
-                None,
-                None,
-                &Progress::silent(),
-            )
+            .write(0, &picture(32, 32, [0.5; 3], false), None, None, &Progress::silent())
             .unwrap();
         let found = imaging::file::dimensions(&folder.path().join(name)).unwrap();
         assert_eq!(found, (size, size));
@@ -154,26 +116,15 @@ fn pictures_are_written_at_the_size_that_is_asked_for() {
 fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("deep.png");
-    let files = Files {
-        bits: Bits::Sixteen,
-        ..Files::to(path.display().to_string())
-    };
+    let files = Files { bits: Bits::Sixteen, ..Files::to(path.display().to_string()) };
     let mut writer =
         Writer::open(&files, (0, 0), (16, 16), &film(), None, &Progress::silent()).unwrap();
-    let grainy = Effects {
-        grain: 1.0,
-        ..Effects::default()
-    };
+    let grainy = Effects { grain: 1.0, ..Effects::default() };
     let of = |effects: &Effects| output(&files, &writer.destination, &writer.encoding, effects);
     assert_eq!(of(&Effects::default()), Output::Linear);
     assert_eq!(of(&grainy), Output::Display);
-    let linear = Picture {
-        display: None,
-        ..picture(16, 16, [0.3, 0.2, 0.1], true)
-    };
-    writer
-        .write(0, &linear, None, None, &Progress::silent())
-        .unwrap();
+    let linear = Picture { display: None, ..picture(16, 16, [0.3, 0.2, 0.1], true) };
+    writer.write(0, &linear, None, None, &Progress::silent()).unwrap();
     let codes = view(linear.linear.as_ref().unwrap(), linear.view).0.pixels[0];
     let read = read_encoded(&path).unwrap().0.pixels[0];
     assert!((0..3).all(|c| (codes[c] - read[c]).abs() < 1.0 / 65535.0));
@@ -196,24 +147,12 @@ fn the_next_export_removes_what_a_killed_one_left() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let long_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(60);
-    for name in [
-        ".clip.mov.A1b2C3.afterlight",
-        "clip.mov",
-        ".mine.afterlight",
-    ] {
+    for name in [".clip.mov.A1b2C3.afterlight", "clip.mov", ".mine.afterlight"] {
         let file = std::fs::File::create(at(name)).unwrap();
         file.set_modified(long_ago).unwrap();
     }
     let to = at("shot.%02d.png").display().to_string();
-    Writer::open(
-        &Files::to(to),
-        (0, 3),
-        (16, 16),
-        &film(),
-        None,
-        &Progress::silent(),
-    )
-    .unwrap();
+    Writer::open(&Files::to(to), (0, 3), (16, 16), &film(), None, &Progress::silent()).unwrap();
     assert_eq!(names(folder.path()), [".mine.afterlight", "clip.mov"]);
     test_support::shown!(
         Accidents,
@@ -236,10 +175,7 @@ fn lit() -> (Picture, Lights) {
             picture: light.map(|p| std::array::from_fn(|c| share * p[c] / weight[c])),
         }
     };
-    let layers = LightLayers {
-        lamps: (0..2).map(layer).collect(),
-        rest: None,
-    };
+    let layers = LightLayers { lamps: (0..2).map(layer).collect(), rest: None };
     let mut shown = subject.clone();
     shown.display = None;
     for pixel in &mut shown.linear.as_mut().unwrap().pixels {
@@ -250,19 +186,11 @@ fn lit() -> (Picture, Lights) {
 
 #[test]
 fn every_way_to_keep_layers_gives_back_the_picture() {
-    for (layers, files) in [
-        (LayerFiles::Channels, 2),
-        (LayerFiles::Parts, 2),
-        (LayerFiles::Files, 5),
-    ] {
+    for (layers, files) in
+        [(LayerFiles::Channels, 2), (LayerFiles::Parts, 2), (LayerFiles::Files, 5)]
+    {
         for (space, alpha, samples, compression, crop) in [
-            (
-                None,
-                ExrAlpha::Premultiplied,
-                Samples::Half,
-                ExrCompression::Zip,
-                false,
-            ),
+            (None, ExrAlpha::Premultiplied, Samples::Half, ExrCompression::Zip, false),
             (
                 Some(OutputSpace::Acescg),
                 ExrAlpha::Straight,
@@ -279,14 +207,7 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
             ),
         ] {
             let folder = tempfile::tempdir().unwrap();
-            let exr = ExrSettings {
-                samples,
-                compression,
-                alpha,
-                crop,
-                layers,
-                weights: true,
-            };
+            let exr = ExrSettings { samples, compression, alpha, crop, layers, weights: true };
             let files_settings = Files {
                 exr,
                 space,
@@ -297,9 +218,7 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
             let mut writer =
                 Writer::open(&files_settings, (7, 7), (12, 7), &film(), None, &silent).unwrap();
             let (shown, lights) = lit();
-            let check = writer
-                .write(7, &shown, Some(lights), None, &silent)
-                .unwrap();
+            let check = writer.write(7, &shown, Some(lights), None, &silent).unwrap();
             assert!(check.unwrap().is_exact(), "{exr:?}: {check:?}");
             let path = folder.path().join("shot.0007.exr");
             let found = Rebuild::of_file(&path).unwrap();
@@ -307,12 +226,7 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
                 found.layers == 2 && found.is_exact() && found.brightest > 1.0,
                 "{exr:?}: {found:?}"
             );
-            assert_eq!(
-                names(folder.path()).len(),
-                files,
-                "{:?}",
-                names(folder.path())
-            );
+            assert_eq!(names(folder.path()).len(), files, "{:?}", names(folder.path()));
             let json = std::fs::read_to_string(folder.path().join("shot.0007.json")).unwrap();
             let json: serde_json::Value = serde_json::from_str(&json).unwrap();
             assert_eq!(json["layers"][1]["layer"], "light_01");
@@ -320,14 +234,9 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
             let read = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
             let alpha =
                 &read.layer_data[0].attributes.other[&exr::meta::attribute::Text::from("alpha")];
-            assert_eq!(
-                format!("{alpha:?}").contains("straight"),
-                exr.alpha == ExrAlpha::Straight
-            );
-            let window = (
-                read.layer_data[0].size.width(),
-                read.attributes.display_window.size.width(),
-            );
+            assert_eq!(format!("{alpha:?}").contains("straight"), exr.alpha == ExrAlpha::Straight);
+            let window =
+                (read.layer_data[0].size.width(), read.attributes.display_window.size.width());
             // The last column has no coverage, but something behind it.
             assert_eq!(window, (12, 12));
         }
@@ -338,10 +247,7 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
 fn layers_that_miss_the_picture_are_not_kept_and_files_that_lie_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
-    let files = Files {
-        layers: true,
-        ..Files::to(path.display().to_string())
-    };
+    let files = Files { layers: true, ..Files::to(path.display().to_string()) };
     let silent = Progress::silent();
     let write = |change: f32| {
         let (shown, mut lights) = lit();
@@ -356,40 +262,22 @@ fn layers_that_miss_the_picture_are_not_kept_and_files_that_lie_are_refused() {
     assert!(said.contains("miss the relit subject"), "{said}");
     assert!(!path.exists());
     std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
-    assert!(
-        Rebuild::of_file(&path)
-            .unwrap_err()
-            .to_string()
-            .contains("a.exr")
-    );
+    assert!(Rebuild::of_file(&path).unwrap_err().to_string().contains("a.exr"));
     imaging::file::write_exr(&path, &imaging::Image::filled(4, 4, [0.5; 3])).unwrap();
-    assert!(
-        Rebuild::of_file(&path)
-            .unwrap_err()
-            .to_string()
-            .contains("weights")
-    );
+    assert!(Rebuild::of_file(&path).unwrap_err().to_string().contains("weights"));
     // A layer's file may be only beside its picture.
     let apart = Files {
-        exr: ExrSettings {
-            layers: LayerFiles::Files,
-            ..ExrSettings::default()
-        },
+        exr: ExrSettings { layers: LayerFiles::Files, ..ExrSettings::default() },
         ..files.clone()
     };
     let (shown, lights) = lit();
     let mut writer = Writer::open(&apart, (0, 0), (12, 7), &film(), None, &silent).unwrap();
-    writer
-        .write(0, &shown, Some(lights), None, &silent)
-        .unwrap();
+    writer.write(0, &shown, Some(lights), None, &silent).unwrap();
     let json = folder.path().join("a.json");
     let text = std::fs::read_to_string(&json).unwrap();
     std::fs::write(&json, text.replace("a.light_01.exr", "/etc/passwd")).unwrap();
     let said = Rebuild::of_file(&path).unwrap_err().to_string();
-    assert!(
-        said.contains("/etc/passwd") && said.contains("no name alone"),
-        "{said}"
-    );
+    assert!(said.contains("/etc/passwd") && said.contains("no name alone"), "{said}");
     test_support::shown!(Strangers, "An EXR that is cut off, without weights, or whose JSON names a file elsewhere",
         danger: "a check that reads what it should not, or ends in a panic",
         done: "a sentence; layers are read beside their picture only", bound: "none", measured: "refused");
@@ -399,21 +287,12 @@ fn layers_that_miss_the_picture_are_not_kept_and_files_that_lie_are_refused() {
 fn what_is_empty_is_left_out_if_that_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
-    let alpha = Raster::from_fn(9, 8, |x, y| {
-        if (2..5).contains(&x) && y == 6 {
-            1.0
-        } else {
-            0.0
-        }
-    });
+    let alpha = Raster::from_fn(9, 8, |x, y| if (2..5).contains(&x) && y == 6 { 1.0 } else { 0.0 });
     let mut shown = picture(9, 8, [0.0; 3], true);
     shown.linear = Some(alpha.map(|a| [a; 3]));
     shown.alpha = alpha;
     let files = Files {
-        exr: ExrSettings {
-            crop: true,
-            ..ExrSettings::default()
-        },
+        exr: ExrSettings { crop: true, ..ExrSettings::default() },
         ..Files::to(path.display().to_string())
     };
     let silent = Progress::silent();
@@ -428,10 +307,7 @@ fn what_is_empty_is_left_out_if_that_is_asked_for() {
     };
     assert_eq!(window(&shown), (2, 6, 3, 1));
     let nothing = picture(9, 8, [0.0; 3], false);
-    let nothing = Picture {
-        alpha: nothing.alpha.map(|_| 0.0),
-        ..nothing
-    };
+    let nothing = Picture { alpha: nothing.alpha.map(|_| 0.0), ..nothing };
     assert_eq!(window(&nothing), (0, 0, 1, 1));
 }
 
@@ -439,34 +315,18 @@ fn what_is_empty_is_left_out_if_that_is_asked_for() {
 fn stills_and_movies_refuse_what_is_the_others() {
     let check = |files: Files| check(&files, &files.to, 1).map_err(|e| e.to_string());
     let to = |name: &str| Files::to(name);
-    let said = check(Files {
-        codec: Some(Codec::H264),
-        ..to("a.png")
-    });
+    let said = check(Files { codec: Some(Codec::H264), ..to("a.png") });
     assert!(said.unwrap_err().contains("are stills"));
-    let said = check(Files {
-        codec: Some(Codec::ProRes422Hq),
-        ..to("a.mp4")
-    });
+    let said = check(Files { codec: Some(Codec::ProRes422Hq), ..to("a.mp4") });
     assert!(said.unwrap_err().contains(".mov"));
-    let said = check(Files {
-        space: Some(OutputSpace::Acescg),
-        ..to("a.mov")
-    });
+    let said = check(Files { space: Some(OutputSpace::Acescg), ..to("a.mov") });
     assert!(said.unwrap_err().contains("linear light"));
-    let premultiplied = |name: &str| {
-        check(Files {
-            movie_alpha: MovieAlpha::Premultiplied,
-            ..to(name)
-        })
-    };
+    let premultiplied =
+        |name: &str| check(Files { movie_alpha: MovieAlpha::Premultiplied, ..to(name) });
     let said = premultiplied("a.mp4").unwrap_err();
     assert!(said.contains("H.264 keeps no alpha"), "{said}");
     assert!(premultiplied("a.mov").is_ok() && premultiplied("a.mkv").is_ok());
-    let said = check(Files {
-        lut: Some("look.cube".into()),
-        ..to("a.exr")
-    });
+    let said = check(Files { lut: Some("look.cube".into()), ..to("a.exr") });
     assert!(said.unwrap_err().contains("look.cube"));
     assert!(check(to("a.tif")).is_ok() && check(to("a.mxf")).is_ok() && check(to("a.mkv")).is_ok());
 }

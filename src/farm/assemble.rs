@@ -92,9 +92,7 @@ pub fn assemble(
 fn save(report: &AssembleReport, folder: &Path) -> Result<()> {
     let text = serde_json::to_string_pretty(report)
         .map_err(|e| Error::bug(format!("the job's report cannot be written: {e}")))?;
-    write_beside(&folder.join("report.json"), |out| {
-        out.write_all(text.as_bytes())
-    })
+    write_beside(&folder.join("report.json"), |out| out.write_all(text.as_bytes()))
 }
 
 /// Which frames have to be written again, and how.
@@ -119,11 +117,7 @@ fn refusal(report: &AssembleReport, job: &str) -> Error {
     ];
     let kinds: Vec<String> = kinds.into_iter().flatten().collect();
     let commands: Vec<&str> = (report.again.iter().take(NAMED).map(String::as_str)).collect();
-    let more = if report.again.len() > NAMED {
-        " … (all are in report.json)"
-    } else {
-        ""
-    };
+    let more = if report.again.len() > NAMED { " … (all are in report.json)" } else { "" };
     Error::invalid(
         format!(
             "{} of {} frames have to be written again: {}",
@@ -131,9 +125,6 @@ fn refusal(report: &AssembleReport, job: &str) -> Error {
             report.frames,
             kinds.join("; ")
         ),
-        format!(
-            "Run {}{more}, then afterlight farm-assemble {job}",
-            commands.join("; ")
-        ),
+        format!("Run {}{more}, then afterlight farm-assemble {job}", commands.join("; ")),
     )
 }

@@ -65,18 +65,12 @@ pub fn run_chunk(
             .map_err(|e| Error::io("read", &file, e, "Check that the worker sees the footage"))?;
         if now != *print {
             return Err(Error::invalid(
-                format!(
-                    "{} is not the movie that the job was written for",
-                    file.display()
-                ),
+                format!("{} is not the movie that the job was written for", file.display()),
                 "Bring back that movie, or write the job again: afterlight farm PROJECT --to DIR",
             ));
         }
     }
-    let part = Part {
-        frames: frames.within(work.frames.1),
-        folder: folder.join(FRAMES),
-    };
+    let part = Part { frames: frames.within(work.frames.1), folder: folder.join(FRAMES) };
     let begun = started.elapsed();
     let _lock = lock(folder, part.frames, progress)?;
     // Waiting for another worker is no work.
@@ -98,10 +92,7 @@ pub fn run_chunk(
     if relit > 0.0 || !record::path(folder, part.frames, "json").exists() {
         record.save(folder)?;
     }
-    Ok(ChunkReport {
-        record,
-        output: report.output,
-    })
+    Ok(ChunkReport { record, output: report.output })
 }
 
 /// Bytes of frames `first` to `last` of the job in `folder`, as far as they are there.

@@ -17,11 +17,7 @@ pub struct FrameSpan {
 impl FrameSpan {
     /// Frames `first` to `last`.
     pub fn of(first: usize, last: usize) -> Self {
-        Self {
-            first,
-            count: last.saturating_sub(first).saturating_add(1),
-            is_cut: false,
-        }
+        Self { first, count: last.saturating_sub(first).saturating_add(1), is_cut: false }
     }
 
     /// First and last frame, in a job whose last frame is `last`.
@@ -45,11 +41,7 @@ impl FromStr for FrameSpan {
                 return Err(format!("{text:?} asks for no frame"));
             }
             let is_cut = true;
-            return Ok(Self {
-                first,
-                count,
-                is_cut,
-            });
+            return Ok(Self { first, count, is_cut });
         }
         let (first, last) = text.split_once('-').unwrap_or((text, text));
         let (first, last) = (number(first)?, number(last)?);
@@ -95,22 +87,16 @@ mod tests {
 
     #[test]
     fn spans_are_read_as_they_are_written() {
-        for (text, within) in [
-            ("3-9", (3, 9)),
-            ("4", (4, 4)),
-            ("3+4", (3, 6)),
-            ("3+9", (3, 7)),
-        ] {
+        for (text, within) in [("3-9", (3, 9)), ("4", (4, 4)), ("3+4", (3, 6)), ("3+9", (3, 7))] {
             let span: FrameSpan = text.parse().unwrap();
             assert_eq!(span.to_string(), text);
             let last = if text == "3-9" { 99 } else { 7 };
             assert_eq!(span.within(last), within, "{text}");
         }
         let most = usize::MAX;
-        for (text, within) in [
-            (format!("1-{most}"), (1, most)),
-            (format!("{most}+{most}"), (most, 7)),
-        ] {
+        for (text, within) in
+            [(format!("1-{most}"), (1, most)), (format!("{most}+{most}"), (most, 7))]
+        {
             let span: FrameSpan = text.parse().unwrap();
             assert_eq!((span.to_string(), span.within(7)), (text, within));
         }

@@ -31,11 +31,7 @@ impl KeptEnvironment {
             let mut values = radiance.pixels.iter().flatten();
             values.try_for_each(|value| out.write_all(&value.to_le_bytes()))
         })?;
-        Ok(Self {
-            name: environment.name.clone(),
-            width: radiance.width,
-            height: radiance.height,
-        })
+        Ok(Self { name: environment.name.clone(), width: radiance.width, height: radiance.height })
     }
 
     /// Reads it again.
@@ -53,19 +49,14 @@ impl KeptEnvironment {
             return Err(Error::codec("read", path, problem, REMEDY));
         }
         let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes)
-            .map_err(|e| Error::io("read", path, e, REMEDY))?;
+        file.read_to_end(&mut bytes).map_err(|e| Error::io("read", path, e, REMEDY))?;
         let value = |b: &[u8]| b.try_into().map_or(0.0, f32::from_le_bytes);
         let pixels = bytes.chunks_exact(12).map(|rgb| {
             let (r, gb) = rgb.split_at(4);
             let (g, b) = gb.split_at(4);
             [value(r), value(g), value(b)]
         });
-        let radiance = Image {
-            width: self.width,
-            height: self.height,
-            pixels: pixels.collect(),
-        };
+        let radiance = Image { width: self.width, height: self.height, pixels: pixels.collect() };
         Ok(Environment::from_radiance(&*self.name, radiance))
     }
 }

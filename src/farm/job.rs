@@ -90,13 +90,7 @@ struct Header {
 
 impl Job {
     pub(crate) fn new(project: String, work: Work, files: Vec<PinnedFile>) -> Result<Self> {
-        Ok(Self {
-            format: FORMAT,
-            program: Program::this()?,
-            project,
-            work,
-            files,
-        })
+        Ok(Self { format: FORMAT, program: Program::this()?, project, work, files })
     }
 
     /// Writes it into the job's folder.
@@ -175,9 +169,7 @@ impl TrainTask {
 
     /// Where the network of all these is to be trained: they are written with one choice.
     pub(crate) fn device(tasks: &[Self]) -> DeviceChoice {
-        tasks
-            .first()
-            .map_or(DeviceChoice::Auto, |task| task.settings.device)
+        tasks.first().map_or(DeviceChoice::Auto, |task| task.settings.device)
     }
 }
 
@@ -190,12 +182,7 @@ fn inside(folder: &Path, name: &Path) -> Result<PathBuf> {
     if name.components().all(is_inside) {
         return Ok(folder.join(name));
     }
-    Err(Error::codec(
-        "read",
-        folder.join(NAME),
-        format!("{name:?} is no file of the job"),
-        REMEDY,
-    ))
+    Err(Error::codec("read", folder.join(NAME), format!("{name:?} is no file of the job"), REMEDY))
 }
 
 impl PinnedFile {
@@ -207,11 +194,7 @@ impl PinnedFile {
         let path = folder.join(&name);
         let (bytes, sha256) =
             sha256(&path).map_err(|e| Error::io("read", &path, e, "Write the job again"))?;
-        Ok(Self {
-            name,
-            bytes,
-            sha256,
-        })
+        Ok(Self { name, bytes, sha256 })
     }
 
     fn check(&self, folder: &Path) -> Result<()> {

@@ -113,10 +113,7 @@ fn save(job: &Path, template: &Value) -> Result<String> {
         .map_err(|e| Error::bug(format!("the template cannot be written: {e}")))?;
     let path = job.join(NAME);
     write_beside(&path, |out| out.write_all(text.as_bytes()))?;
-    Ok(format!(
-        "openjd run {}",
-        quoted(&path.display().to_string())
-    ))
+    Ok(format!("openjd run {}", quoted(&path.display().to_string())))
 }
 
 /// The footage's folder, as the snapshot names it.

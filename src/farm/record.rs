@@ -30,28 +30,20 @@ pub struct Record {
 
 /// The file of the record of frames `first` to `last`, or of the lock on them.
 pub(crate) fn path(folder: &Path, (first, last): (usize, usize), ending: &str) -> PathBuf {
-    folder
-        .join("records")
-        .join(format!("{first:09}-{last:09}.{ending}"))
+    folder.join("records").join(format!("{first:09}-{last:09}.{ending}"))
 }
 
 impl Record {
     pub(crate) fn save(&self, folder: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self)
             .map_err(|e| Error::bug(format!("a chunk's record cannot be written: {e}")))?;
-        write_beside(&path(folder, self.frames, "json"), |out| {
-            out.write_all(text.as_bytes())
-        })
+        write_beside(&path(folder, self.frames, "json"), |out| out.write_all(text.as_bytes()))
     }
 
     /// All of a job, by frames. What is no record is left out: they are for people, nothing depends on them.
     pub(crate) fn all(folder: &Path) -> Vec<Self> {
         let entries = std::fs::read_dir(folder.join("records"));
-        let paths = entries
-            .into_iter()
-            .flatten()
-            .flatten()
-            .map(|entry| entry.path());
+        let paths = entries.into_iter().flatten().flatten().map(|entry| entry.path());
         let is_record = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "json");
         let read = |path: PathBuf| {
             let text = files::read_text(&path, files::MOST_TEXT).ok()?;

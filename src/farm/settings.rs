@@ -35,22 +35,14 @@ pub struct ChunkSettings {
 
 impl Default for ChunkSettings {
     fn default() -> Self {
-        Self {
-            chunk: None,
-            chunk_minutes: 10.0,
-        }
+        Self { chunk: None, chunk_minutes: 10.0 }
     }
 }
 
 impl FarmSettings {
     /// As the command line has it without options.
     pub fn new(engine: Engine, job: PathBuf) -> Self {
-        Self {
-            engine,
-            job,
-            memory_gb: 4.0,
-            program: None,
-        }
+        Self { engine, job, memory_gb: 4.0, program: None }
     }
 
     /// Memory of a worker in MiB.

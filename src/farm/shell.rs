@@ -27,13 +27,7 @@ mod tests {
 
     #[test]
     fn a_shell_reads_a_word_as_it_was() {
-        for word in [
-            "plain/word-1.png",
-            "two words",
-            "it's",
-            "$HOME `ls` \\ \"x\" %04d",
-            "",
-        ] {
+        for word in ["plain/word-1.png", "two words", "it's", "$HOME `ls` \\ \"x\" %04d", ""] {
             let script = format!("printf %s {}", quoted(word));
             let said = Command::new("sh").args(["-c", &script]).output().unwrap();
             assert_eq!(String::from_utf8_lossy(&said.stdout), word);

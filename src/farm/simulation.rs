@@ -211,10 +211,7 @@ mod tests {
     }
 
     fn near(found: f64, wanted: f64, share: f64) {
-        assert!(
-            (found / wanted - 1.0).abs() < share,
-            "{found}, not {wanted}"
-        );
+        assert!((found / wanted - 1.0).abs() < share, "{found}, not {wanted}");
     }
 
     #[test]
@@ -222,11 +219,7 @@ mod tests {
         let alone = farm().run();
         near(alone.seconds, 100.0 * 10.0 + 10_000.0 * 2.0, 1e-6);
         near(alone.worker_seconds, alone.seconds, 1e-6);
-        let two = Farm {
-            workers: 2,
-            ..farm()
-        }
-        .run();
+        let two = Farm { workers: 2, ..farm() }.run();
         near(two.seconds, alone.seconds / 2.0, 1e-6);
     }
 
@@ -241,12 +234,7 @@ mod tests {
     fn the_disk_ends_what_workers_gain() {
         // Two hundred workers want 10 MB every two seconds each: as much as the disk gives.
         let of = |workers| {
-            let farm = Farm {
-                frames: 1_000_000,
-                workers,
-                start_seconds: 0.0,
-                ..farm()
-            };
+            let farm = Farm { frames: 1_000_000, workers, start_seconds: 0.0, ..farm() };
             farm.run()
         };
         assert!(of(100).held_back == 0.0 && of(1000).held_back > 0.9);
@@ -256,43 +244,20 @@ mod tests {
 
     #[test]
     fn losses_cost_a_start_each_and_slow_workers_their_share() {
-        let lossy = Farm {
-            workers: 10,
-            losses_an_hour: 1.0,
-            ..farm()
-        };
-        let (lost, whole) = (
-            lossy.run(),
-            Farm {
-                losses_an_hour: 0.0,
-                ..lossy
-            }
-            .run(),
-        );
+        let lossy = Farm { workers: 10, losses_an_hour: 1.0, ..farm() };
+        let (lost, whole) = (lossy.run(), Farm { losses_an_hour: 0.0, ..lossy }.run());
         assert!(lost.losses > 0);
         // A start, and half a frame on average, for each.
         let more = lost.worker_seconds - whole.worker_seconds;
-        assert!(
-            more > 0.0 && more <= lost.losses as f64 * 12.0 + 1.0,
-            "{more}"
-        );
-        let slow = Farm {
-            workers: 10,
-            slow_share: 0.5,
-            slowness: 2.0,
-            ..farm()
-        };
+        assert!(more > 0.0 && more <= lost.losses as f64 * 12.0 + 1.0, "{more}");
+        let slow = Farm { workers: 10, slow_share: 0.5, slowness: 2.0, ..farm() };
         // Five take 2 s a frame and five 4 s: together 3.75 frames a second, but for the start of chunks and the last ones.
         near(slow.run().seconds, 10_000.0 / 3.75 + 140.0, 0.1);
     }
 
     #[test]
     fn the_same_seed_is_the_same_run() {
-        let farm = Farm {
-            workers: 20,
-            losses_an_hour: 2.0,
-            ..farm()
-        };
+        let farm = Farm { workers: 20, losses_an_hour: 2.0, ..farm() };
         assert_eq!(farm.run(), farm.run());
     }
 }

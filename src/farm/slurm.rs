@@ -59,24 +59,14 @@ pub(crate) fn write_training(
     tasks: &[TrainTask],
 ) -> Result<String> {
     let device = TrainTask::device(tasks);
-    let train = format!(
-        "exec {} farm-chunk \"$PWD\" --task \"$task\"\n",
-        quoted(program)
-    );
+    let train = format!("exec {} farm-chunk \"$PWD\" --task \"$task\"\n", quoted(program));
     script(job, "train.sh", &task_script(farm, device, "task", &train))?;
-    script(
-        job,
-        "submit.sh",
-        &submit_script(name, "train.sh", tasks.len()),
-    )?;
+    script(job, "submit.sh", &submit_script(name, "train.sh", tasks.len()))?;
     Ok(command(job))
 }
 
 fn command(job: &Path) -> String {
-    format!(
-        "sh {}",
-        quoted(&job.join("submit.sh").display().to_string())
-    )
+    format!("sh {}", quoted(&job.join("submit.sh").display().to_string()))
 }
 
 /// What the scripts ask for. A worker that is lost is put back into the queue by Slurm itself.

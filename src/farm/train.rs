@@ -129,11 +129,7 @@ pub fn run_task(folder: &Path, number: usize, progress: &Progress) -> Result<Tra
     };
     let task = tasks.get(number).ok_or_else(|| {
         Error::missing(
-            format!(
-                "{} has no training {number}: it has {}",
-                folder.display(),
-                tasks.len()
-            ),
+            format!("{} has no training {number}: it has {}", folder.display(), tasks.len()),
             "Ask for one that it has, from 0, or for frames: --frames A-B",
         )
     })?;

@@ -45,9 +45,9 @@ impl JobReport {
             None if self.tasks == 1 => "1 training".to_owned(),
             None => format!("{} trainings", self.tasks),
         };
-        let rate = self.ms_per_frame.map_or(String::new(), |ms| {
-            format!(" (a frame takes {ms:.0} ms here)")
-        });
+        let rate = self
+            .ms_per_frame
+            .map_or(String::new(), |ms| format!(" (a frame takes {ms:.0} ms here)"));
         format!(
             "The job for {} is in {}: {what}{rate}. Submit it: {}",
             self.engine.name(),
@@ -119,14 +119,8 @@ fn fill(
         }
     };
     let output = settings.files.to.clone();
-    let work = RelightWork {
-        frames: (first, last),
-        chunk,
-        ms_per_frame,
-        environment,
-        movie,
-        settings,
-    };
+    let work =
+        RelightWork { frames: (first, last), chunk, ms_per_frame, environment, movie, settings };
     let program = program(farm)?;
     let name = &project.settings.name;
     let submit = match farm.engine {
@@ -236,15 +230,10 @@ fn rate(
     progress.say("Relighting the first frames, to size the chunks");
     let (first, last) = frame_range(copy, settings.frames)?;
     let tried = job.join("tried");
-    let part = Part {
-        frames: (first, last.min(first + MEASURED - 1)),
-        folder: tried.clone(),
-    };
+    let part = Part { frames: (first, last.min(first + MEASURED - 1)), folder: tried.clone() };
     let mut settings = settings.clone();
     if let Destination::Stills(_) = Destination::parse(&settings.files.to)? {
-        let ending = Path::new(&settings.files.to)
-            .extension()
-            .unwrap_or_default();
+        let ending = Path::new(&settings.files.to).extension().unwrap_or_default();
         // There a percent sign begins the frame number.
         let folder = tried.display().to_string().replace('%', "%%");
         settings.files.to = format!("{folder}/%d.{}", ending.display());

@@ -28,13 +28,8 @@ pub enum Slot {
 
 impl Slot {
     /// All of them, in the order in which they are shown.
-    pub const ALL: [Self; 5] = [
-        Self::Interview,
-        Self::InterviewBall,
-        Self::Balls,
-        Self::Pose,
-        Self::Lamps,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::Interview, Self::InterviewBall, Self::Balls, Self::Pose, Self::Lamps];
 
     /// Its name in the window.
     pub fn name(self) -> &'static str {
@@ -127,10 +122,7 @@ impl Candidate {
 
     /// One that could not be looked at.
     pub fn failed(path: &Path, failure: String) -> Self {
-        Self {
-            failure: Some(failure),
-            ..Self::of(path)
-        }
+        Self { failure: Some(failure), ..Self::of(path) }
     }
 
     /// Looks at a file, folder or pattern.
@@ -161,10 +153,7 @@ impl Candidate {
         (self.first, self.frames) = (source.first(), source.count()?);
         let (width, height) = source.size();
         self.size = Some((width, height));
-        self.found = format!(
-            "{} of {width} × {height}",
-            counted(self.frames as usize, "frame")
-        );
+        self.found = format!("{} of {width} × {height}", counted(self.frames as usize, "frame"));
         if let Some(rate) = source.frame_rate().filter(|_| self.frames > 1) {
             self.found += &format!(", {} a second", (1000.0 * rate).round() / 1000.0);
         }
@@ -187,9 +176,7 @@ impl Candidate {
         let some = self.frames.min(LOOKED_AT);
         let start = (self.frames - some) / 2;
         let read = |from: u64, count: u64| -> Result<Vec<f32>> {
-            (from..from + count)
-                .map(|frame| mean_light(source, self.first + frame))
-                .collect()
+            (from..from + count).map(|frame| mean_light(source, self.first + frame)).collect()
         };
         let light = read(start, some)?;
         let step = typical_step(&light);
@@ -227,15 +214,11 @@ impl Candidate {
             }
         };
         if self.guess.is_none() {
-            self.guess = self
-                .jumps
-                .map(|jumps| if jumps { Slot::Pose } else { Slot::Interview });
+            self.guess = self.jumps.map(|jumps| if jumps { Slot::Pose } else { Slot::Interview });
         }
         let reasons = [std::mem::take(&mut self.reason), by_light];
-        let reasons: Vec<String> = reasons
-            .into_iter()
-            .filter(|reason| !reason.is_empty())
-            .collect();
+        let reasons: Vec<String> =
+            reasons.into_iter().filter(|reason| !reason.is_empty()).collect();
         self.reason = match reasons.is_empty() {
             true => "neither its name nor its brightness tells what it is".to_owned(),
             false => reasons.join("; "),
@@ -250,9 +233,8 @@ pub fn expand(path: &Path) -> Vec<PathBuf> {
     if path.is_dir() {
         let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
         let is_part = |path: &PathBuf| {
-            let hidden = path
-                .file_name()
-                .is_some_and(|name| name.to_string_lossy().starts_with('.'));
+            let hidden =
+                path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
             !hidden && (path.is_dir() || movies::is_movie(path) || has_extension(path, "lp"))
         };
         let mut parts: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_part).collect();
@@ -265,16 +247,13 @@ pub fn expand(path: &Path) -> Vec<PathBuf> {
     let is_sequence = |pattern: &PathBuf| {
         movies::open(pattern).is_ok_and(|all| all.count().is_ok_and(|count| count > 1))
     };
-    let pattern = (!movies::is_movie(path))
-        .then(|| Sequence::of_first(path))
-        .flatten();
+    let pattern = (!movies::is_movie(path)).then(|| Sequence::of_first(path)).flatten();
     let pattern = pattern.map(|(pattern, _)| pattern).filter(is_sequence);
     vec![pattern.unwrap_or_else(|| path.to_path_buf())]
 }
 
 fn has_extension(path: &Path, wanted: &str) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
 /// What a name says, and the word that says it: the file's own name first, then its folder's.
@@ -282,10 +261,7 @@ fn by_name(path: &Path) -> Option<(Slot, &'static str)> {
     const WORDS: [(Slot, &[&str]); 3] = [
         (Slot::Balls, &["ball", "probe", "chrome", "mirror"]),
         (Slot::Pose, &["pose", "exemplar", "olat", "expression"]),
-        (
-            Slot::Interview,
-            &["interview", "talk", "monologue", "speech"],
-        ),
+        (Slot::Interview, &["interview", "talk", "monologue", "speech"]),
     ];
     let names = [path.file_name(), path.parent().and_then(Path::file_name)];
     names.into_iter().flatten().find_map(|name| {

@@ -74,9 +74,7 @@ fn nearest(project: &Project, index: usize) -> Option<usize> {
     let count = project.settings.shoot.frames.len();
     let before = (index.saturating_sub(STAND_IN_REACH)..index).rev();
     let after = index + 1..(index + 1 + STAND_IN_REACH).min(count);
-    before
-        .chain(after)
-        .find(|&frame| read_picture(&project.frame_picture(frame)).is_ok())
+    before.chain(after).find(|&frame| read_picture(&project.frame_picture(frame)).is_ok())
 }
 
 #[cfg(test)]
@@ -98,10 +96,7 @@ mod tests {
             size: 32,
             lamps: 6,
             written_as,
-            trouble: TroubleSettings {
-                tracking: Some(3),
-                ..TroubleSettings::default()
-            },
+            trouble: TroubleSettings { tracking: Some(3), ..TroubleSettings::default() },
             ..StageSettings::default()
         };
         write_shoot(folder, &stage, &Progress::silent()).unwrap();
@@ -131,10 +126,7 @@ mod tests {
         let before = filmed(&project, 1).unwrap();
         choice(&mut project, DamagedFrames::Hold);
         let (frame, plate) = filmed(&project, 2).unwrap();
-        assert_eq!(
-            (frame.index, &frame.plate, &frame.mask),
-            (2, &before.0.plate, &before.0.mask)
-        );
+        assert_eq!((frame.index, &frame.plate, &frame.mask), (2, &before.0.plate, &before.0.mask));
         assert_eq!(plate, before.1);
         let sentence = stand_in(&project, 2).unwrap().unwrap().sentence;
         assert!(
@@ -166,9 +158,7 @@ mod tests {
         std::fs::write(&path, vec![0; whole.len()]).unwrap();
         check(&project);
         let again = folder.path().join("again");
-        let said = import(&again, &shoot, &SETTINGS, &silent)
-            .unwrap_err()
-            .to_string();
+        let said = import(&again, &shoot, &SETTINGS, &silent).unwrap_err().to_string();
         for word in ["frame_002.png", "damaged_frames", "hold", "black"] {
             assert!(said.contains(word), "{said}");
         }

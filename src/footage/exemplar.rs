@@ -29,18 +29,12 @@ impl Exemplar {
             .into_par_iter()
             .map(|lamp| reader.read(lamp))
             .collect::<Result<_>>()?;
-        Ok(Self {
-            pose,
-            olats,
-            mask: load_mask(project, &project.exemplar_matte(pose))?,
-        })
+        Ok(Self { pose, olats, mask: load_mask(project, &project.exemplar_matte(pose))? })
     }
 
     /// Reads every pose of the project.
     pub fn load_all(project: &Project, response: &Response) -> Result<Vec<Self>> {
-        (0..project.settings.shoot.poses.len())
-            .map(|p| Self::load(project, response, p))
-            .collect()
+        (0..project.settings.shoot.poses.len()).map(|p| Self::load(project, response, p)).collect()
     }
 
     /// The pose as a sum of its lamps: Σ weights_i · OLAT_i over the lamps that the network learns.
@@ -68,10 +62,8 @@ impl Exemplar {
         let reader = OlatReader::new(project, response, self.pose)?;
         let others: Vec<usize> = (self.olats.len()..weights.len()).collect();
         for some in others.chunks(AT_A_TIME) {
-            let olats = some
-                .par_iter()
-                .map(|&lamp| reader.read(lamp))
-                .collect::<Result<Vec<_>>>()?;
+            let olats =
+                some.par_iter().map(|&lamp| reader.read(lamp)).collect::<Result<Vec<_>>>()?;
             for (olat, &lamp) in olats.iter().zip(some) {
                 add(&mut sum, olat, weights[lamp]);
             }
@@ -106,12 +98,7 @@ impl<'a> OlatReader<'a> {
     /// # Errors
     /// When the calibration or the pose's matte cannot be read.
     pub fn new(project: &'a Project, response: &'a Response, pose: usize) -> Result<Self> {
-        Ok(Self {
-            project,
-            response,
-            pose,
-            correction: Correction::of(project, pose)?,
-        })
+        Ok(Self { project, response, pose, correction: Correction::of(project, pose)? })
     }
 
     /// The OLAT of lamp `lamp` among all lamps of the shoot, linear, at the working size.
@@ -129,9 +116,7 @@ impl<'a> OlatReader<'a> {
     pub fn read_at(&self, lamp: usize, side: usize) -> Result<Image> {
         let settings = &self.project.settings;
         let picture = self.project.olat_picture(self.pose, lamp);
-        let mut linear = self
-            .response
-            .decode(&read_encoded(&picture, &settings.framing)?);
+        let mut linear = self.response.decode(&read_encoded(&picture, &settings.framing)?);
         if let Some(correction) = &self.correction {
             linear = correction.still(&linear, settings.shoot.lamp(lamp));
         }
@@ -153,11 +138,7 @@ impl<'a> OlatReader<'a> {
     /// When it cannot be read.
     pub fn mask_at(&self, side: usize) -> Result<Mask> {
         let matte = self.project.exemplar_matte(self.pose);
-        Ok(resize_area(
-            &read_mask(&matte, &self.project.settings.framing)?,
-            side,
-            side,
-        ))
+        Ok(resize_area(&read_mask(&matte, &self.project.settings.framing)?, side, side))
     }
 }
 

@@ -114,12 +114,7 @@ impl FilmedFrame {
         Self {
             plate: cut_picture(self.plate.clone(), &self.framing),
             mask: cut_mask(self.mask.clone(), &self.framing),
-            framing: Framing {
-                source: [side, side],
-                x: 0,
-                y: 0,
-                ..self.framing
-            },
+            framing: Framing { source: [side, side], x: 0, y: 0, ..self.framing },
         }
     }
 
@@ -146,24 +141,13 @@ mod tests {
     fn a_filmed_frame_holds_the_frame_that_the_network_sees() -> Result<()> {
         let folder = tempfile::tempdir().unwrap();
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-        let stage = StageSettings {
-            frames: 2,
-            size: 48,
-            lamps: 4,
-            ..StageSettings::default()
-        };
+        let stage = StageSettings { frames: 2, size: 48, lamps: 4, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent)?;
         let settings = ImportSettings { size: 16, seed: 1 };
         let project = import(&folder.path().join("p"), &shoot, &settings, &silent)?;
         for framing in [
             Framing::whole((48, 48)),
-            Framing {
-                x: -9,
-                y: 12,
-                side: 40,
-                padding: Padding::Edge,
-                ..Framing::whole((48, 48))
-            },
+            Framing { x: -9, y: 12, side: 40, padding: Padding::Edge, ..Framing::whole((48, 48)) },
         ] {
             Project::change(&project.root, |project| project.frame(framing))?;
             let project = Project::open(&project.root)?;
@@ -173,17 +157,11 @@ mod tests {
             assert_eq!((frame.index, filmed.plate.size()), (1, (48, 48)));
             let square = filmed.clone().shown(PictureSize::Box).unwrap();
             let side = framing.side;
-            assert_eq!(
-                (square.plate.size(), square.mask.size()),
-                ((side, side), (side, side))
-            );
+            assert_eq!((square.plate.size(), square.mask.size()), ((side, side), (side, side)));
             assert_eq!(square.square(), square);
             assert_eq!(picture_size(&project, PictureSize::Box)?, (side, side));
             assert_eq!(resize_area(&square.plate, 16, 16), frame.plate);
-            assert_eq!(
-                filmed.clone().shown(PictureSize::Plate),
-                Some(filmed.clone())
-            );
+            assert_eq!(filmed.clone().shown(PictureSize::Plate), Some(filmed.clone()));
             assert_eq!(filmed.shown(PictureSize::Square), None);
         }
         Ok(())

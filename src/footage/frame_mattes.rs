@@ -140,13 +140,7 @@ impl FrameMattes {
             }
         };
         self.neighbour = Some((frame, found.mask.clone()));
-        Ok(FrameMatte {
-            picture,
-            matte: found,
-            seeds,
-            followed: follows,
-            guessed: start.guessed,
-        })
+        Ok(FrameMatte { picture, matte: found, seeds, followed: follows, guessed: start.guessed })
     }
 
     /// The matte of a frame as it is shown while a person paints: as [`of_frame`](Self::of_frame), but that a matte which the
@@ -162,19 +156,10 @@ impl FrameMattes {
             return self.of_frame(frame, strokes);
         }
         let mask = read_matte(&self.project.frame_matte(frame))?;
-        let matte = matte::Matte {
-            mask,
-            uncertain: 0.0,
-        };
+        let matte = matte::Matte { mask, uncertain: 0.0 };
         let named = |e: Error| about(&self.project.frame_picture(frame), e);
         let Correction { matte, .. } = corrected(&start.picture, &matte, &seeds).map_err(named)?;
-        Ok(FrameMatte {
-            picture: start.picture,
-            matte,
-            seeds,
-            followed: false,
-            guessed: false,
-        })
+        Ok(FrameMatte { picture: start.picture, matte, seeds, followed: false, guessed: false })
     }
 
     fn start(&mut self, frame: usize) -> Result<Start> {

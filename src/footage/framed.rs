@@ -134,21 +134,11 @@ mod tests {
     #[test]
     fn a_square_beyond_the_edge_is_padded() {
         let picture = Raster::from_fn(3, 2, |x, y| (10 * y + x) as f32);
-        let framing = Framing {
-            x: -1,
-            y: -1,
-            ..Framing::whole((3, 2))
-        };
+        let framing = Framing { x: -1, y: -1, ..Framing::whole((3, 2)) };
         let black = cut(picture.clone(), &framing, Some(0.5));
-        assert_eq!(
-            black.pixels,
-            [0.5, 0.5, 0.5, 0.5, 0.0, 1.0, 0.5, 10.0, 11.0]
-        );
+        assert_eq!(black.pixels, [0.5, 0.5, 0.5, 0.5, 0.0, 1.0, 0.5, 10.0, 11.0]);
         let edge = cut(picture.clone(), &framing, None);
-        assert_eq!(
-            edge.pixels,
-            [0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 10.0, 10.0, 11.0]
-        );
+        assert_eq!(edge.pixels, [0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 10.0, 10.0, 11.0]);
         let middle = cut(picture, &Framing::largest((3, 2)), None);
         assert_eq!(middle.pixels, [0.0, 1.0, 10.0, 11.0]);
     }
@@ -175,12 +165,7 @@ mod tests {
     fn a_wide_shoot_is_the_square_one_in_its_middle_and_a_box_moves_it() -> Result<()> {
         let folder = tempfile::tempdir().unwrap();
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-        let stage = StageSettings {
-            frames: 2,
-            size: 32,
-            lamps: 4,
-            ..StageSettings::default()
-        };
+        let stage = StageSettings { frames: 2, size: 32, lamps: 4, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent)?;
         let settings = ImportSettings { size: 16, seed: 1 };
         let square = import(&folder.path().join("square"), &shoot, &settings, &silent)?;
@@ -191,40 +176,25 @@ mod tests {
         let (frame, exemplar) = read(&square)?;
 
         let mut pictures = Vec::new();
-        for part in [
-            "interview",
-            "interview_masks",
-            "exemplars",
-            "exemplar_masks",
-        ] {
+        for part in ["interview", "interview_masks", "exemplars", "exemplar_masks"] {
             pngs(&shoot.join(part), &mut pictures);
         }
         pictures.iter().for_each(|path| widen(path));
         let wide = import(&folder.path().join("wide"), &shoot, &settings, &silent)?;
         let (wide_frame, wide_exemplar) = read(&wide)?;
-        assert_eq!(
-            (&wide_frame.plate, &wide_frame.mask),
-            (&frame.plate, &frame.mask)
-        );
-        assert_eq!(
-            (&wide_exemplar.olats, &wide_exemplar.mask),
-            (&exemplar.olats, &exemplar.mask)
-        );
+        assert_eq!((&wide_frame.plate, &wide_frame.mask), (&frame.plate, &frame.mask));
+        assert_eq!((&wide_exemplar.olats, &wide_exemplar.mask), (&exemplar.olats, &exemplar.mask));
 
         // Two pixels of the source are one of the picture: the square goes 6 down, so the picture goes 3 up.
-        let lower = Framing {
-            y: 6,
-            ..Framing::largest((58, 32))
-        };
+        let lower = Framing { y: 6, ..Framing::largest((58, 32)) };
         let reframed = |framing| -> Result<(Frame, Exemplar)> {
             Project::change(&wide.root, |project| project.frame(framing))?;
             read(&Project::open(&wide.root)?)
         };
         let (moved, moved_exemplar) = reframed(lower)?;
-        for (before, after) in [
-            (&frame.plate, &moved.plate),
-            (&exemplar.olats[2], &moved_exemplar.olats[2]),
-        ] {
+        for (before, after) in
+            [(&frame.plate, &moved.plate), (&exemplar.olats[2], &moved_exemplar.olats[2])]
+        {
             for (x, y) in [(0, 0), (7, 3), (15, 12)] {
                 assert_eq!(after.at(x, y), before.at(x, y + 3));
             }
@@ -233,10 +203,7 @@ mod tests {
         let below = (0..16).flat_map(|x| (13..16).map(move |y| (x, y)));
         assert!(below.clone().all(|(x, y)| moved.mask.at(x, y) == 0.0));
         assert!(below.clone().any(|(x, y)| frame.mask.at(x, y) > 0.0));
-        let (edge, _) = reframed(Framing {
-            padding: Padding::Edge,
-            ..lower
-        })?;
+        let (edge, _) = reframed(Framing { padding: Padding::Edge, ..lower })?;
         let last = |x| edge.plate.at(x, 12);
         // The source's last row alone, where the picture's row 12 has the mean of the last two.
         assert!((0..16).all(|x| edge.plate.at(x, 14) == edge.plate.at(x, 15)));

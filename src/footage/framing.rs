@@ -41,9 +41,7 @@ fn square(text: &str) -> std::result::Result<Square, String> {
     if numbers.into_iter().all(whole) && side >= 1.0 {
         Ok((x as i32, y as i32, side as usize))
     } else {
-        Err(format!(
-            "{text:?} is not a square: give whole pixels and a side of at least 1"
-        ))
+        Err(format!("{text:?} is not a square: give whole pixels and a side of at least 1"))
     }
 }
 
@@ -69,10 +67,8 @@ impl FrameSettings {
         if let Some(choice) = self.damaged_frames {
             project.settings.shoot.damaged_frames = choice;
         }
-        let sizes = [
-            dimensions(&project.frame_picture(0))?,
-            dimensions(&project.olat_picture(0, 0))?,
-        ];
+        let sizes =
+            [dimensions(&project.frame_picture(0))?, dimensions(&project.olat_picture(0, 0))?];
         let alike = sizes[0] == sizes[1];
         if let (true, Some(one), Some(other)) = (alike, self.interview, self.exemplars)
             && one != other
@@ -133,9 +129,8 @@ pub(super) fn fitted(project: &Project, sizes: [(usize, usize); 2]) -> Result<Ve
     let looks = LOOKS.min(count);
     let frames = (0..looks).map(|i| i * (count - 1) / (looks - 1).max(1));
     let frames: Vec<Matte> = frames.map(|frame| project.frame_matte(frame)).collect();
-    let poses: Vec<Matte> = (0..shoot.poses.len())
-        .map(|pose| project.exemplar_matte(pose))
-        .collect();
+    let poses: Vec<Matte> =
+        (0..shoot.poses.len()).map(|pose| project.exemplar_matte(pose)).collect();
     let groups = match sizes[0] == sizes[1] {
         true => vec![(sizes[0], [frames, poses].concat())],
         false => vec![(sizes[0], frames), (sizes[1], poses)],
@@ -168,10 +163,7 @@ struct Extent {
 impl Extent {
     fn and(self, other: Self) -> Self {
         let join = |[a, b]: [usize; 2], [c, d]: [usize; 2]| [a.min(c), b.max(d)];
-        Self {
-            columns: join(self.columns, other.columns),
-            rows: join(self.rows, other.rows),
-        }
+        Self { columns: join(self.columns, other.columns), rows: join(self.rows, other.rows) }
     }
 
     fn is_within(self, framing: &Framing) -> bool {
@@ -189,13 +181,8 @@ impl Extent {
         let from = |[first, last]: [usize; 2]| {
             ((first + last + 1) as i64 - side as i64).div_euclid(2) as i32
         };
-        Framing {
-            x: from(self.columns),
-            y: from(self.rows),
-            side,
-            ..Framing::largest(size)
-        }
-        .bounded()
+        Framing { x: from(self.columns), y: from(self.rows), side, ..Framing::largest(size) }
+            .bounded()
     }
 }
 
@@ -206,10 +193,7 @@ fn extent(mask: &Mask) -> Option<Extent> {
     let found = rows.filter_map(|(y, row)| {
         let first = row.iter().position(covered)?;
         let last = row.iter().rposition(covered)?;
-        Some(Extent {
-            columns: [first, last],
-            rows: [y, y],
-        })
+        Some(Extent { columns: [first, last], rows: [y, y] })
     });
     found.reduce(Extent::and)
 }
@@ -227,11 +211,8 @@ impl FrameReport {
                 framing.padding.name()
             )
         };
-        let mut text = format!(
-            "Interview: {}. Exemplars: {}",
-            said(&self.interview),
-            said(&self.exemplars)
-        );
+        let mut text =
+            format!("Interview: {}. Exemplars: {}", said(&self.interview), said(&self.exemplars));
         text += match self.damaged_frames {
             DamagedFrames::Stop => "",
             DamagedFrames::Hold => ". In place of a damaged frame the one before it is shown",

@@ -12,17 +12,10 @@ pub type Gathered<'a> = [(Slot, &'a Candidate)];
 
 /// How many lamps the parts have: as the list says, or the mirror ball's movie.
 pub fn lamps(parts: &Gathered) -> Option<usize> {
-    let of = |slot| {
-        parts
-            .iter()
-            .filter(move |(is, _)| *is == slot)
-            .map(|(_, part)| part)
-    };
+    let of = |slot| parts.iter().filter(move |(is, _)| *is == slot).map(|(_, part)| part);
     let listed = of(Slot::Lamps).find_map(|list| list.lamps);
     let shown = |ball: &&Candidate| {
-        round::find(&ball.light, ball.first, None)
-            .ok()
-            .map(|round| round.lamps.len())
+        round::find(&ball.light, ball.first, None).ok().map(|round| round.lamps.len())
     };
     listed.or_else(|| of(Slot::Balls).find_map(shown))
 }
@@ -69,15 +62,8 @@ pub fn misfit(parts: &Gathered, index: usize) -> Option<String> {
 
 /// The first part that is still missing; `None` if a project can be made.
 pub fn missing(parts: &Gathered) -> Option<Slot> {
-    let needed = [
-        Slot::Interview,
-        Slot::InterviewBall,
-        Slot::Balls,
-        Slot::Pose,
-    ];
-    needed
-        .into_iter()
-        .find(|slot| !parts.iter().any(|(is, _)| is == slot))
+    let needed = [Slot::Interview, Slot::InterviewBall, Slot::Balls, Slot::Pose];
+    needed.into_iter().find(|slot| !parts.iter().any(|(is, _)| is == slot))
 }
 
 /// The map of the parts, to be kept in the folder `beside`, which must exist.
@@ -87,55 +73,37 @@ pub fn missing(parts: &Gathered) -> Option<Slot> {
 pub fn map(parts: &Gathered, beside: &Path) -> Result<String> {
     const REMEDY: &str = "Bring all parts of the shoot";
     if let Some(slot) = missing(parts) {
-        return Err(Error::missing(
-            format!("the shoot has no {}", slot.name()),
-            REMEDY,
-        ));
+        return Err(Error::missing(format!("the shoot has no {}", slot.name()), REMEDY));
     }
     // Patterns are no files.
     let full = |path: &Path| -> Result<PathBuf> {
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty());
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));
         let name = path.file_name().unwrap_or_default();
         let fail = |e| Error::io("open", folder, e, "Check that it is there");
         Ok(folder.canonicalize().map_err(fail)?.join(name))
     };
-    let paths = parts
-        .iter()
-        .map(|(_, part)| full(&part.path))
-        .collect::<Result<Vec<_>>>()?;
+    let paths = parts.iter().map(|(_, part)| full(&part.path)).collect::<Result<Vec<_>>>()?;
     let mut folder = paths[0].parent().unwrap_or(Path::new("/")).to_path_buf();
     while !paths.iter().all(|path| path.starts_with(&folder)) {
         folder.pop();
     }
     let quoted = |path: &Path| match path.to_str() {
         Some(text) => Ok(toml::Value::from(text).to_string()),
-        None => Err(Error::invalid(
-            format!("{} is not a name in UTF-8", path.display()),
-            "Rename it",
-        )),
+        None => {
+            Err(Error::invalid(format!("{} is not a name in UTF-8", path.display()), "Rename it"))
+        }
     };
     let all = |slot: Slot| {
-        let these = parts
-            .iter()
-            .zip(&paths)
-            .filter(move |((is, _), _)| *is == slot);
+        let these = parts.iter().zip(&paths).filter(move |((is, _), _)| *is == slot);
         these.map(|(_, path)| {
             quoted(path.strip_prefix(&folder).unwrap_or(path)).map(|file| (file, path))
         })
     };
     let one = |slot: Slot| {
-        all(slot)
-            .next()
-            .transpose()
-            .map(|one| one.map(|(file, _)| file).unwrap_or_default())
+        all(slot).next().transpose().map(|one| one.map(|(file, _)| file).unwrap_or_default())
     };
-    let mut text = format!(
-        "folder = {}\n",
-        quoted(&project::relative(beside, &folder)?)?
-    );
+    let mut text = format!("folder = {}\n", quoted(&project::relative(beside, &folder)?)?);
     if let Some(name) = name(parts) {
         let _ = writeln!(text, "name = {}", toml::Value::from(name));
     }
@@ -143,10 +111,7 @@ pub fn map(parts: &Gathered, beside: &Path) -> Result<String> {
         let _ = writeln!(text, "lamps = {}", list?.0);
     }
     let (interview, ball) = (one(Slot::Interview)?, one(Slot::InterviewBall)?);
-    let _ = writeln!(
-        text,
-        "\n[interview]\nfile = {interview}\nball = {{ file = {ball} }}"
-    );
+    let _ = writeln!(text, "\n[interview]\nfile = {interview}\nball = {{ file = {ball} }}");
     let _ = writeln!(text, "\n[balls]\nfile = {}", one(Slot::Balls)?);
     let mut names = BTreeSet::new();
     for pose in all(Slot::Pose) {
@@ -162,20 +127,11 @@ fn free_name(path: &Path, taken: &mut BTreeSet<String>) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let stem = stem.split(['%', '#']).next().unwrap_or_default();
     let stem = stem.trim_end_matches(['.', '_', '-', ' ']);
-    let stem: String = stem
-        .chars()
-        .filter(|c| !matches!(c, '/' | '\\' | '\0'))
-        .collect();
-    let stem = if stem.is_empty() {
-        "pose".to_owned()
-    } else {
-        stem
-    };
+    let stem: String = stem.chars().filter(|c| !matches!(c, '/' | '\\' | '\0')).collect();
+    let stem = if stem.is_empty() { "pose".to_owned() } else { stem };
     let numbered = (2..).map(|n| format!("{stem}_{n}"));
     let mut names = std::iter::once(stem.clone()).chain(numbered);
-    names
-        .find(|name| taken.insert(name.clone()))
-        .unwrap_or(stem)
+    names.find(|name| taken.insert(name.clone())).unwrap_or(stem)
 }
 
 #[cfg(test)]
@@ -196,10 +152,7 @@ mod tests {
             size: 32,
             lamps: LAMPS,
             written_as: WrittenAs::Movies,
-            trouble: TroubleSettings {
-                tracking: Some(4),
-                ..TroubleSettings::default()
-            },
+            trouble: TroubleSettings { tracking: Some(4), ..TroubleSettings::default() },
             ..StageSettings::default()
         };
         let shoot = folder.join("stage");
@@ -228,27 +181,14 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let files = scattered(folder.path());
         let dropped: Vec<PathBuf> = expand(files[0].parent().unwrap());
-        assert_eq!(
-            dropped,
-            files[..3],
-            "a folder of movies stands for the movies"
-        );
+        assert_eq!(dropped, files[..3], "a folder of movies stands for the movies");
         assert_eq!(expand(&files[4]), files[4..]);
         let looked: Vec<Candidate> = files.iter().map(|file| Candidate::look(file)).collect();
-        let expected = [
-            Slot::Interview,
-            Slot::Pose,
-            Slot::Pose,
-            Slot::Balls,
-            Slot::InterviewBall,
-        ];
+        let expected = [Slot::Interview, Slot::Pose, Slot::Pose, Slot::Balls, Slot::InterviewBall];
         for (candidate, slot) in looked.iter().zip(expected) {
             assert_eq!(candidate.guess, Some(slot), "{candidate:?}");
             assert_eq!(candidate.failure, None);
-            assert_eq!(
-                candidate.thumbnails.len(),
-                if slot == Slot::InterviewBall { 1 } else { 3 }
-            );
+            assert_eq!(candidate.thumbnails.len(), if slot == Slot::InterviewBall { 1 } else { 3 });
         }
         for word in ["8 frames look as if one lamp lit each", "3 fully lit"] {
             assert!(looked[1].reason.contains(word), "{}", looked[1].reason);
@@ -270,22 +210,14 @@ mod tests {
         std::fs::create_dir(&root).unwrap();
         std::fs::write(root.join("shoot.toml"), map(&parts, &root).unwrap()).unwrap();
         let settings = ImportSettings { size: 16, seed: 1 };
-        let project = import(
-            &root,
-            &root.join("shoot.toml"),
-            &settings,
-            &Progress::silent(),
-        )
-        .unwrap();
+        let project =
+            import(&root, &root.join("shoot.toml"), &settings, &Progress::silent()).unwrap();
         let shoot = &project.settings.shoot;
         assert_eq!(
             (&*shoot.poses, shoot.lamps.len()),
             (&["A002".to_owned(), "A003".to_owned()][..], LAMPS)
         );
-        assert_eq!(
-            (shoot.frames.len(), &*project.settings.name),
-            (6, "day 1 \u{201c}A\u{201d}")
-        );
+        assert_eq!((shoot.frames.len(), &*project.settings.name), (6, "day 1 \u{201c}A\u{201d}"));
         assert!(shoot.folder.is_relative());
         shown!(
             Strangers,
@@ -317,10 +249,7 @@ mod tests {
             (&[(Slot::Pose, &list)], "list of lamps"),
             (&[(Slot::Lamps, &pose)], "no list"),
             (&[(Slot::Interview, &broken)], "broken.mov"),
-            (
-                &[(Slot::Interview, &interview), (Slot::Interview, &interview)],
-                "one already",
-            ),
+            (&[(Slot::Interview, &interview), (Slot::Interview, &interview)], "one already"),
         ] {
             assert!(said(parts).contains(says), "{says}: {}", said(parts));
         }

@@ -63,23 +63,11 @@ pub fn plan_import(
             "Choose another folder, or remove project.toml to import again",
         ));
     }
-    let Parts {
-        folder: shoot,
-        said_in,
-        manifest,
-        listing,
-        takes,
-        directions,
-    } = Parts::find(shoot, progress)?;
+    let Parts { folder: shoot, said_in, manifest, listing, takes, directions } =
+        Parts::find(shoot, progress)?;
     let shoot = &*shoot;
     manifest.check_counts(shoot, &listing)?;
-    let Listing {
-        poses,
-        lamps,
-        frames,
-        frame_rate,
-        ..
-    } = listing;
+    let Listing { poses, lamps, frames, frame_rate, .. } = listing;
     for (is_empty, folder, what) in [
         (poses.is_empty(), "exemplars", "pose folder"),
         (lamps.is_empty(), "exemplars", "OLAT as PNG"),
@@ -129,14 +117,8 @@ pub fn plan_import(
             }
             layout
         });
-    std::fs::create_dir_all(root).map_err(|e| {
-        Error::io(
-            "make",
-            root,
-            e,
-            "Check that the folder above can be written",
-        )
-    })?;
+    std::fs::create_dir_all(root)
+        .map_err(|e| Error::io("make", root, e, "Check that the folder above can be written"))?;
     if let Frames::Clip(clip) = &frames {
         for note in movies::open(&shoot.join(&clip.movie))?.notes() {
             progress.say(format!("Interview: {note}"));
@@ -215,16 +197,10 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
     let group = |what: &'static str, pictures: Vec<Picture>| -> Result<(usize, usize)> {
         progress.check("no project was made")?;
         progress.step(what, 0, pictures.len() as u64, "");
-        let sizes = pictures
-            .par_iter()
-            .map(dimensions)
-            .collect::<Result<Vec<_>>>()?;
+        let sizes = pictures.par_iter().map(dimensions).collect::<Result<Vec<_>>>()?;
         let size = sizes[0];
         if let Some(other) = sizes.iter().position(|s| *s != size) {
-            return Err(differs(
-                (&pictures[other], sizes[other]),
-                (&pictures[0], size),
-            ));
+            return Err(differs((&pictures[other], sizes[other]), (&pictures[0], size)));
         }
         progress.step(what, pictures.len() as u64, pictures.len() as u64, "");
         Ok(size)
@@ -249,9 +225,7 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
         Err(differs((&first, size), picture))
     };
     let poses = 0..shoot.poses.len();
-    let olats = poses
-        .clone()
-        .flat_map(|p| (0..shoot.lamps.len()).map(move |l| (p, l)));
+    let olats = poses.clone().flat_map(|p| (0..shoot.lamps.len()).map(move |l| (p, l)));
     let olats = olats.map(|(p, l)| project.olat_picture(p, l)).collect();
     let olat_size = group("checking OLATs", olats)?;
     mattes(
@@ -335,9 +309,7 @@ fn readable(project: &Project, frames: Range<usize>, progress: &Progress) -> Vec
 fn or_go_on(project: &Project, error: Error) -> Error {
     let is_one = matches!(error, Error::Codec { .. } | Error::Io { .. });
     let all = [0, project.settings.shoot.frames.len() - 1];
-    let mut others = all
-        .map(|frame| dimensions(&project.frame_picture(frame)))
-        .into_iter();
+    let mut others = all.map(|frame| dimensions(&project.frame_picture(frame))).into_iter();
     if !is_one || !others.any(|size| size.is_ok()) {
         return error;
     }
@@ -377,10 +349,7 @@ fn layout(directions: serde_json::Value, lamps: &[String]) -> Vec<Vec3> {
         name[digits..].parse().ok()
     };
     let directions: Vec<Vec3> = serde_json::from_value(directions).unwrap_or_default();
-    let unit: Vec<Vec3> = directions
-        .iter()
-        .filter_map(|d| d.try_normalize())
-        .collect();
+    let unit: Vec<Vec3> = directions.iter().filter_map(|d| d.try_normalize()).collect();
     if unit.len() != directions.len() || unit.len() != lamps.len() {
         return vec![];
     }
@@ -405,10 +374,7 @@ mod tests {
         let directions = serde_json::json!([[1, 0, 0], [0, 2, 0], [0, 0, 1]]);
         let unpadded = layout(directions.clone(), &names(["olat_1", "olat_10", "olat_2"]));
         assert_eq!(unpadded, [Vec3::X, Vec3::Z, Vec3::Y]);
-        let padded = layout(
-            directions.clone(),
-            &names(["olat_01", "olat_02", "olat_10"]),
-        );
+        let padded = layout(directions.clone(), &names(["olat_01", "olat_02", "olat_10"]));
         assert_eq!(padded, [Vec3::X, Vec3::Y, Vec3::Z]);
         let words = layout(directions, &names(["back", "key", "rim"]));
         assert_eq!(words, [Vec3::X, Vec3::Y, Vec3::Z]);

@@ -167,17 +167,8 @@ impl Map {
 
     /// The balls' movie.
     pub fn balls(&self) -> Rounds {
-        let Part {
-            file,
-            frames,
-            lamps,
-        } = &self.balls;
-        Rounds {
-            movie: file.clone(),
-            range: *frames,
-            lamps: lamps.clone(),
-            tracking: vec![],
-        }
+        let Part { file, frames, lamps } = &self.balls;
+        Rounds { movie: file.clone(), range: *frames, lamps: lamps.clone(), tracking: vec![] }
     }
 
     /// The poses' movies, by name.
@@ -212,10 +203,7 @@ pub fn still(folder: &Path, file: &Path, frame: Option<u64>) -> Result<Still> {
             "Correct the frame",
         ));
     }
-    Ok(Still {
-        movie: file.to_path_buf(),
-        frame,
-    })
+    Ok(Still { movie: file.to_path_buf(), frame })
 }
 
 /// Names of lamps that have none, in the order in which they are lit.

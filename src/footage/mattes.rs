@@ -102,10 +102,7 @@ impl MattesReport {
             );
         }
         if self.painted_kept > 0 {
-            text += &format!(
-                "; {} frames with strokes kept their old mattes",
-                self.painted_kept
-            );
+            text += &format!("; {} frames with strokes kept their old mattes", self.painted_kept);
         }
         text
     }
@@ -142,13 +139,7 @@ pub fn make_mattes(
     };
     let mut uncertain = 0.0;
     let mattes = FrameMattes::of(&project, settings, person)?;
-    frames(
-        &project,
-        (settings, mattes),
-        progress,
-        &mut report,
-        &mut uncertain,
-    )?;
+    frames(&project, (settings, mattes), progress, &mut report, &mut uncertain)?;
     poses(&project, settings, progress, &mut report, &mut uncertain)?;
     let made = report.frames + report.poses;
     report.uncertain = (made > 0).then(|| uncertain / made as f32);
@@ -295,10 +286,7 @@ fn of_pose(project: &Project, pose: usize) -> Result<matte::Matte> {
     }
     let picture = project.olat_picture(pose, 0);
     let brightest = brightest.ok_or_else(|| {
-        Error::missing(
-            "the shoot has no lamps",
-            "Import a shoot that has pictures under them",
-        )
+        Error::missing("the shoot has no lamps", "Import a shoot that has pictures under them")
     })?;
     match key(&brightest) {
         Ok(key) => key.matte(&brightest),

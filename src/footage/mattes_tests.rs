@@ -9,32 +9,21 @@ use test_support::shown;
 use virtual_stage::{StageSettings, write_shoot};
 
 fn again_all() -> MatteSettings {
-    MatteSettings {
-        replace: true,
-        ..MatteSettings::default()
-    }
+    MatteSettings { replace: true, ..MatteSettings::default() }
 }
 
 #[test]
 fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-    let stage = StageSettings {
-        frames: 3,
-        size: 64,
-        lamps: 6,
-        ..StageSettings::default()
-    };
+    let stage = StageSettings { frames: 3, size: 64, lamps: 6, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &silent).unwrap();
     let settings = ImportSettings { size: 16, seed: 1 };
     let root = folder.path().join("project");
     let project = import(&root, &shoot, &settings, &silent).unwrap();
     let poses = project.settings.shoot.poses.len();
     let nothing = make_mattes(&root, &again_all(), None, &silent).unwrap();
-    assert_eq!(
-        (nothing.frames, nothing.poses, nothing.kept),
-        (0, 0, 3 + poses)
-    );
+    assert_eq!((nothing.frames, nothing.poses, nothing.kept), (0, 0, 3 + poses));
     assert!(nothing.uncertain.is_none() && !root.join("mattes").exists());
 
     let truth = |from: &Path| file::read_mask(from).unwrap();
@@ -64,9 +53,7 @@ fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     let painted = Mask::filled(64, 64, 1.0);
     file::write_mask_png(own, &painted).unwrap();
     assert_eq!(
-        make_mattes(&root, &MatteSettings::default(), None, &silent)
-            .unwrap()
-            .kept,
+        make_mattes(&root, &MatteSettings::default(), None, &silent).unwrap().kept,
         3 + poses
     );
     assert_eq!(file::read_mask(own).unwrap(), painted);
@@ -79,50 +66,27 @@ fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     let picture = project.frame_picture(0).file().to_owned();
     let grey = Encoded(imaging::Raster::filled(64, 64, [0.5; 3]));
     file::write_png(&picture, &grey).unwrap();
-    let said = make_mattes(&root, &MatteSettings::default(), None, &silent)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        said.contains("frame_000.png") && said.contains("screen"),
-        "{said}"
-    );
+    let said =
+        make_mattes(&root, &MatteSettings::default(), None, &silent).unwrap_err().to_string();
+    assert!(said.contains("frame_000.png") && said.contains("screen"), "{said}");
     // Unless somebody says where the person is.
     let middle = |_: &Encoded| {
         let inside = |at: usize| (4..12).contains(&at);
-        Ok(Mask::from_fn(16, 16, |x, y| {
-            f32::from(u8::from(inside(x) && inside(y)))
-        }))
+        Ok(Mask::from_fn(16, 16, |x, y| f32::from(u8::from(inside(x) && inside(y)))))
     };
-    let found = make_mattes(
-        &root,
-        &MatteSettings::default(),
-        Some(Box::new(middle)),
-        &silent,
-    )
-    .unwrap();
+    let found =
+        make_mattes(&root, &MatteSettings::default(), Some(Box::new(middle)), &silent).unwrap();
     assert_eq!((found.frames, found.guessed, found.screen), (1, 1, None));
-    assert!(
-        found.sentence().contains("found the person in 1"),
-        "{}",
-        found.sentence()
-    );
+    assert!(found.sentence().contains("found the person in 1"), "{}", found.sentence());
     let matte = file::read_mask(own).unwrap();
     assert_eq!((matte.at(32, 32), matte.at(4, 32)), (1.0, 0.0));
     // And unless nobody is found.
     std::fs::remove_file(own).unwrap();
     let nobody = |_: &Encoded| Ok(Mask::filled(16, 16, 0.1));
-    let said = make_mattes(
-        &root,
-        &MatteSettings::default(),
-        Some(Box::new(nobody)),
-        &silent,
-    )
-    .unwrap_err();
+    let said =
+        make_mattes(&root, &MatteSettings::default(), Some(Box::new(nobody)), &silent).unwrap_err();
     let said = said.to_string();
-    assert!(
-        said.contains("frame_000.png") && said.contains("nor a person"),
-        "{said}"
-    );
+    assert!(said.contains("frame_000.png") && said.contains("nor a person"), "{said}");
 }
 
 /// A project of a stage's shoot without its frames' mattes, and these.
@@ -136,13 +100,7 @@ impl Stage {
     fn of(seed: u64, frames: usize) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-        let stage = StageSettings {
-            frames,
-            size: 128,
-            lamps: 6,
-            seed,
-            ..StageSettings::default()
-        };
+        let stage = StageSettings { frames, size: 128, lamps: 6, seed, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent).unwrap();
         let settings = ImportSettings { size: 16, seed: 1 };
         let project = import(&folder.path().join("project"), &shoot, &settings, &silent).unwrap();
@@ -153,11 +111,7 @@ impl Stage {
             truth
         };
         let truths = (0..frames).map(take).collect();
-        Self {
-            folder,
-            project,
-            truths,
-        }
+        Self { folder, project, truths }
     }
 
     /// Paints over the frames: what becomes of each pixel, by its frame, place, coverage and light.
@@ -229,10 +183,7 @@ impl Stage {
         let top = truth.pixels.iter().position(|a| *a > 0.5).unwrap() / 128;
         let row = top + 22;
         let inside: Vec<usize> = (0..128).filter(|x| truth.at(*x, row) > 0.5).collect();
-        [
-            inside.iter().sum::<usize>() as f32 / inside.len() as f32,
-            row as f32,
-        ]
+        [inside.iter().sum::<usize>() as f32 / inside.len() as f32, row as f32]
     }
 }
 
@@ -253,11 +204,7 @@ fn every_frame_of_two_stages_has_its_matte_and_little_flicker() {
     let mut said = Vec::new();
     for seed in [5, 23] {
         let stage = Stage::of(seed, 6);
-        let plain = MatteSettings {
-            no_steady: true,
-            replace: true,
-            ..MatteSettings::default()
-        };
+        let plain = MatteSettings { no_steady: true, replace: true, ..MatteSettings::default() };
         let (raw, ..) = stage.made(&plain);
         assert_eq!(raw.flicker, raw.flicker_before);
         let (report, iou, off) = stage.made(&again_all());
@@ -265,9 +212,7 @@ fn every_frame_of_two_stages_has_its_matte_and_little_flicker() {
         let (after, before) = (report.flicker.unwrap(), report.flicker_before.unwrap());
         assert!(after < before, "stage {seed}: flicker {before} to {after}");
         assert_eq!(report.flicker_before, raw.flicker_before);
-        said.push(format!(
-            "IoU {iou:.4}, mean error {off:.4}, flicker {before:.4} to {after:.4}"
-        ));
+        said.push(format!("IoU {iou:.4}, mean error {off:.4}, flicker {before:.4} to {after:.4}"));
     }
     shown!(Pictures, "All frames of two virtual stages, keyed and averaged over time",
         danger: "edges that waver from frame to frame, or smear",
@@ -281,10 +226,8 @@ fn a_box_serves_a_whole_project() {
     let mut worst = (1.0_f32, 0.0_f32);
     for seed in [5, 23] {
         let stage = Stage::of(seed, 3);
-        let settings = MatteSettings {
-            within: Some(stage.subject_box()),
-            ..MatteSettings::default()
-        };
+        let settings =
+            MatteSettings { within: Some(stage.subject_box()), ..MatteSettings::default() };
         let (report, iou, off) = stage.made(&settings);
         assert_eq!((report.frames, report.screen), (3, None));
         worst = (worst.0.min(iou), worst.1.max(off));
@@ -302,21 +245,12 @@ fn a_clean_plate_serves_a_whole_project() {
     let mut worst = (1.0_f32, 0.0_f32);
     for seed in [5, 23] {
         let stage = Stage::of(seed, 3);
-        let settings = MatteSettings {
-            clean_plate: Some(stage.before_a_wall()),
-            ..MatteSettings::default()
-        };
-        let said = make_mattes(
-            &stage.project.root,
-            &MatteSettings::default(),
-            None,
-            &Progress::silent(),
-        );
+        let settings =
+            MatteSettings { clean_plate: Some(stage.before_a_wall()), ..MatteSettings::default() };
+        let said =
+            make_mattes(&stage.project.root, &MatteSettings::default(), None, &Progress::silent());
         let said = said.unwrap_err().for_terminal();
-        assert!(
-            said.contains("--clean-plate") && said.contains("paint"),
-            "{said}"
-        );
+        assert!(said.contains("--clean-plate") && said.contains("paint"), "{said}");
         let (report, iou, off) = stage.made(&settings);
         assert_eq!((report.frames, report.screen), (3, None));
         worst = (worst.0.min(iou), worst.1.max(off));
@@ -339,40 +273,24 @@ fn strokes_on_one_frame_serve_the_others() {
     stage.repaint(|frame, (x, y), _, light| {
         let [cx, cy] = faces[frame];
         let off = (x as f32 - cx).abs().max((y as f32 - cy).abs());
-        if off < 10.0 {
-            screen.map(|v| 1.3 * v)
-        } else {
-            light
-        }
+        if off < 10.0 { screen.map(|v| 1.3 * v) } else { light }
     });
     let (_, without, _) = stage.made(&again_all());
     let stroke = Stroke {
         frame: 2,
         side: BrushSide::Keep,
         radius: 3.0,
-        points: vec![
-            [faces[2][0] - 4.0, faces[2][1]],
-            [faces[2][0] + 4.0, faces[2][1]],
-        ],
+        points: vec![[faces[2][0] - 4.0, faces[2][1]], [faces[2][0] + 4.0, faces[2][1]]],
     };
-    let strokes = Strokes {
-        strokes: vec![stroke],
-    };
+    let strokes = Strokes { strokes: vec![stroke] };
     strokes.save(&stage.project).unwrap();
     assert_eq!(Strokes::load(&stage.project).unwrap(), strokes);
-    let kept = make_mattes(
-        &stage.project.root,
-        &MatteSettings::default(),
-        None,
-        &Progress::silent(),
-    );
+    let kept =
+        make_mattes(&stage.project.root, &MatteSettings::default(), None, &Progress::silent());
     assert!(kept.unwrap().sentence().contains("kept their old mattes"));
     let (report, iou, off) = stage.made(&again_all());
     assert_eq!((report.painted, report.followed), (1, 0));
-    assert!(
-        without < 0.97 && iou >= 0.985 && off <= 0.01,
-        "{without} to {iou}, {off}"
-    );
+    assert!(without < 0.97 && iou >= 0.985 && off <= 0.01, "{without} to {iou}, {off}");
     shown!(Pictures, "A hole that the key leaves in every frame, painted shut in one",
         danger: "every frame must be painted",
         done: "strokes are carried to the frames around along the motion, and say less with each",
@@ -387,22 +305,12 @@ fn frames_before_a_wall_follow_the_painted_one() {
         let stage = Stage::of(seed, 5);
         stage.before_a_wall();
         let [x, y] = stage.face(2);
-        let stroke = |side, points| Stroke {
-            frame: 2,
-            side,
-            radius: 3.0,
-            points,
-        };
+        let stroke = |side, points| Stroke { frame: 2, side, radius: 3.0, points };
         let strokes = Strokes {
             strokes: vec![
                 stroke(
                     BrushSide::Keep,
-                    vec![
-                        [x, y - 14.0],
-                        [x, 124.0],
-                        [x - 25.0, 124.0],
-                        [x + 25.0, 124.0],
-                    ],
+                    vec![[x, y - 14.0], [x, 124.0], [x - 25.0, 124.0], [x + 25.0, 124.0]],
                 ),
                 stroke(
                     BrushSide::Remove,
@@ -445,10 +353,7 @@ fn strokes_that_no_brush_can_paint_are_refused_by_a_sentence() {
     ] {
         std::fs::write(&path, good.replace(from, to)).unwrap();
         let said = Strokes::load(&stage.project).unwrap_err().to_string();
-        assert!(
-            said.contains(says) && said.contains("strokes.toml"),
-            "{to}: {said}"
-        );
+        assert!(said.contains(says) && said.contains("strokes.toml"), "{to}: {said}");
     }
     std::fs::write(&path, good).unwrap();
     let mut strokes = Strokes::load(&stage.project).unwrap();
@@ -465,12 +370,8 @@ fn strokes_that_no_brush_can_paint_are_refused_by_a_sentence() {
 fn filmed(pictures: &[Encoded], truths: Vec<Mask>) -> Stage {
     let folder = tempfile::tempdir().unwrap();
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-    let stage = StageSettings {
-        frames: pictures.len(),
-        size: 16,
-        lamps: 4,
-        ..StageSettings::default()
-    };
+    let stage =
+        StageSettings { frames: pictures.len(), size: 16, lamps: 4, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &silent).unwrap();
     std::fs::remove_dir_all(shoot.join("interview_masks")).unwrap();
     let settings = ImportSettings { size: 16, seed: 1 };
@@ -478,11 +379,7 @@ fn filmed(pictures: &[Encoded], truths: Vec<Mask>) -> Stage {
     for (frame, picture) in pictures.iter().enumerate() {
         file::write_png(project.frame_picture(frame).file(), picture).unwrap();
     }
-    Stage {
-        folder,
-        project,
-        truths,
-    }
+    Stage { folder, project, truths }
 }
 
 #[test]

@@ -54,14 +54,7 @@ impl Motion {
     /// What is corrected, as a sentence; `None` if nothing is.
     pub fn sentence(&self) -> Option<String> {
         let poses: Vec<String> = (self.poses.iter().filter(|pose| pose.corrected))
-            .map(|p| {
-                format!(
-                    "{} {:.1} ± {:.1}",
-                    p.pose,
-                    p.largest_px,
-                    p.deviation_px.max(0.05)
-                )
-            })
+            .map(|p| format!("{} {:.1} ± {:.1}", p.pose, p.largest_px, p.deviation_px.max(0.05)))
             .collect();
         let seen_in = match self.seen_in {
             SeenIn::Olats => "the OLATs",
@@ -96,10 +89,8 @@ impl Correction {
     /// # Errors
     /// When the calibration or the pose's matte cannot be read.
     pub fn of(project: &Project, pose: usize) -> Result<Option<Self>> {
-        const REMEDY: (&str, &str) = (
-            "Calibrate the project again",
-            "afterlight calibrate PROJECT",
-        );
+        const REMEDY: (&str, &str) =
+            ("Calibrate the project again", "afterlight calibrate PROJECT");
         let path = project.calibration_path();
         if !path.exists() {
             return Ok(None);
@@ -130,10 +121,7 @@ impl Correction {
         }
         let matte = project.exemplar_matte(pose);
         let matte = super::read_mask(&matte, &project.settings.framing)?;
-        Ok(Some(Self {
-            head: head_turn(&matte),
-            shifts: lamps.into_iter().zip(shifts).collect(),
-        }))
+        Ok(Some(Self { head: head_turn(&matte), shifts: lamps.into_iter().zip(shifts).collect() }))
     }
 
     /// The OLAT of lamp `lamp` with the subject in its middle place.
@@ -155,11 +143,7 @@ pub fn head_share(matte: &Mask) -> Mask {
     let fade = (0.5 * widest).max(1.0);
     let above = |y: usize| ((neck as f32 - y as f32) / fade + 0.5).clamp(0.0, 1.0);
     let all = neck >= matte.height;
-    Raster::from_fn(
-        matte.width,
-        matte.height,
-        |_, y| if all { 1.0 } else { above(y) },
-    )
+    Raster::from_fn(matte.width, matte.height, |_, y| if all { 1.0 } else { above(y) })
 }
 
 /// How much of the face's shift each place takes part in when the head turns, from 0 to 1, by the matte alone: depth as
@@ -274,10 +258,7 @@ mod tests {
         for (y, expected) in [(0, 1.0), (20, 1.0), (50, 0.0), (63, 0.0)] {
             assert_eq!(share.at(31, y), expected, "row {y}");
         }
-        assert!(
-            (29..34).any(|y| (0.2..0.8).contains(&share.at(31, y))),
-            "the neck"
-        );
+        assert!((29..34).any(|y| (0.2..0.8).contains(&share.at(31, y))), "the neck");
         assert!((1..64).all(|y| share.at(31, y) <= share.at(31, y - 1)));
         let ball = Raster::from_fn(64, 64, |x, y| {
             f32::from((x as f32 - 31.5).hypot(y as f32 - 31.5) < 20.0)
@@ -291,27 +272,13 @@ mod tests {
     fn a_turn_of_the_head_moves_the_face_and_not_outline_or_shoulders() {
         let turn = head_turn(&bust());
         assert!(turn.at(31, 20) > 0.95, "the face's middle");
-        assert!(
-            turn.at(21, 20) < 0.65 * turn.at(31, 20),
-            "beside the outline"
-        );
-        assert!(
-            (40..64).all(|y| (0..64).all(|x| turn.at(x, y) < 0.1)),
-            "the shoulders"
-        );
+        assert!(turn.at(21, 20) < 0.65 * turn.at(31, 20), "beside the outline");
+        assert!((40..64).all(|y| (0..64).all(|x| turn.at(x, y) < 0.1)), "the shoulders");
         let ball = Raster::from_fn(64, 64, |x, y| {
             f32::from((x as f32 - 31.5).hypot(y as f32 - 31.5) < 20.0)
         });
-        assert!(
-            head_turn(&ball).at(31, 45) > 0.5,
-            "without shoulders all is head"
-        );
-        assert!(
-            head_turn(&Raster::filled(8, 8, 0.0))
-                .pixels
-                .iter()
-                .all(|v| *v == 0.0)
-        );
+        assert!(head_turn(&ball).at(31, 45) > 0.5, "without shoulders all is head");
+        assert!(head_turn(&Raster::filled(8, 8, 0.0)).pixels.iter().all(|v| *v == 0.0));
     }
 
     #[test]

@@ -19,11 +19,7 @@ pub struct Movement {
 
 impl Movement {
     pub fn of(project: Project) -> Self {
-        Self {
-            project,
-            pictures: VecDeque::new(),
-            flows: VecDeque::new(),
-        }
+        Self { project, pictures: VecDeque::new(), flows: VecDeque::new() }
     }
 
     /// Takes the small picture of a frame that was read already.

@@ -21,10 +21,7 @@ fn stage(folder: &Path) {
         frames: 3,
         size: 32,
         lamps: LAMPS,
-        trouble: TroubleSettings {
-            tracking: Some(3),
-            ..TroubleSettings::default()
-        },
+        trouble: TroubleSettings { tracking: Some(3), ..TroubleSettings::default() },
         ..StageSettings::default()
     };
     write_shoot(folder, &stage, &Progress::silent()).unwrap();
@@ -50,26 +47,16 @@ fn round(shoot: &Path, pose: usize) -> Vec<PathBuf> {
     let lit = |k: usize| shoot.join(format!("tracking/pose{pose:02}/frame_{k:02}.png"));
     let olat = |lamp: usize| shoot.join(format!("exemplars/pose{pose:02}/olat_{lamp:02}.png"));
     let half = |lamps: std::ops::Range<usize>| lamps.map(olat).collect::<Vec<_>>();
-    let parts = [
-        vec![lit(0)],
-        half(0..3),
-        vec![lit(1)],
-        half(3..6),
-        vec![lit(2)],
-    ];
+    let parts = [vec![lit(0)], half(0..3), vec![lit(1)], half(3..6), vec![lit(2)]];
     parts.concat()
 }
 
 fn balls(shoot: &Path) -> Vec<PathBuf> {
-    (0..LAMPS)
-        .map(|lamp| shoot.join(format!("probes/olat_{lamp:02}.png")))
-        .collect()
+    (0..LAMPS).map(|lamp| shoot.join(format!("probes/olat_{lamp:02}.png"))).collect()
 }
 
 fn interview(shoot: &Path) -> Vec<PathBuf> {
-    (0..3)
-        .map(|frame| shoot.join(format!("interview/frame_{frame:03}.png")))
-        .collect()
+    (0..3).map(|frame| shoot.join(format!("interview/frame_{frame:03}.png"))).collect()
 }
 
 /// Frames and OLATs of two projects are the same.
@@ -80,28 +67,18 @@ fn compare(files: &Project, movies: &Project) {
     };
     for frame in 0..3 {
         let [a, b] = [files, movies].map(|p| Frame::load(p, &Response::Srgb, frame).unwrap());
-        assert!(
-            near(&a.plate, &b.plate) && a.mask == b.mask,
-            "frame {frame}"
-        );
+        assert!(near(&a.plate, &b.plate) && a.mask == b.mask, "frame {frame}");
     }
     for pose in 0..movies.settings.shoot.poses.len() {
         let [a, b] = [files, movies].map(|p| Exemplar::load(p, &Response::Srgb, pose).unwrap());
-        assert!(
-            a.olats.iter().zip(&b.olats).all(|(a, b)| near(a, b)),
-            "pose {pose}"
-        );
+        assert!(a.olats.iter().zip(&b.olats).all(|(a, b)| near(a, b)), "pose {pose}");
         let [a, b] = [files, movies].map(|p| TrackingFrames::of(p, pose).unwrap().unwrap());
         assert_eq!((a.times.len(), b.times), (3, vec![0.0, 0.5, 1.0]));
         let seen = |pictures: &[Picture]| read_picture(&pictures[1]).unwrap().0;
         assert!(near(&seen(&a.pictures), &seen(&b.pictures)));
     }
-    let [a, b] = [files, movies].map(|p| {
-        p.probe_pictures()
-            .iter()
-            .map(|p| read_picture(p).unwrap().0)
-            .collect::<Vec<_>>()
-    });
+    let [a, b] = [files, movies]
+        .map(|p| p.probe_pictures().iter().map(|p| read_picture(p).unwrap().0).collect::<Vec<_>>());
     assert_eq!(a.len(), b.len());
     assert!(a.iter().zip(&b).all(|(a, b)| near(a, b)));
 }
@@ -111,11 +88,7 @@ fn give_mattes(shoot: &Path, project: &Project) {
     for frame in 0..3 {
         let to = project.frame_matte_path(frame);
         std::fs::create_dir_all(to.parent().unwrap()).unwrap();
-        std::fs::copy(
-            shoot.join(format!("interview_masks/frame_{frame:03}.png")),
-            to,
-        )
-        .unwrap();
+        std::fs::copy(shoot.join(format!("interview_masks/frame_{frame:03}.png")), to).unwrap();
     }
     for pose in 0..project.settings.shoot.poses.len() {
         let to = project.exemplar_matte_path(pose);
@@ -138,49 +111,29 @@ fn a_shoot_of_movies_is_the_shoot_of_its_files() {
     std::fs::create_dir_all(filmed.join("probes")).unwrap();
     film(&interview(&shoot), &filmed.join("interview.mkv"));
     for pose in 0..6 {
-        film(
-            &round(&shoot, pose),
-            &filmed.join(format!("exemplars/pose{pose:02}.mkv")),
-        );
+        film(&round(&shoot, pose), &filmed.join(format!("exemplars/pose{pose:02}.mkv")));
     }
     film(&balls(&shoot), &filmed.join("probes.mkv"));
     for name in ["manifest.json", "probes/interview.png"] {
         std::fs::copy(shoot.join(name), filmed.join(name)).unwrap();
     }
-    assert!(
-        crate::scan::scan(&filmed).is_complete(),
-        "{:?}",
-        crate::scan::scan(&filmed)
-    );
+    assert!(crate::scan::scan(&filmed).is_complete(), "{:?}", crate::scan::scan(&filmed));
     let root = folder.path().join("movies");
     let movies = import(&root, &filmed, &SETTINGS, &silent).unwrap();
-    let said = Frame::load(&movies, &Response::Srgb, 0)
-        .unwrap_err()
-        .for_terminal();
-    assert!(
-        said.contains("afterlight matte") && said.contains("frame_000000.png"),
-        "{said}"
-    );
+    let said = Frame::load(&movies, &Response::Srgb, 0).unwrap_err().for_terminal();
+    assert!(said.contains("afterlight matte") && said.contains("frame_000000.png"), "{said}");
     give_mattes(&shoot, &movies);
     compare(&files, &movies);
     assert_eq!(Project::open(&root).unwrap(), movies);
     let text = std::fs::read_to_string(root.join("project.toml")).unwrap();
-    assert!(
-        !text.contains("frame_00"),
-        "frames of a movie have no names there: {text}"
-    );
+    assert!(!text.contains("frame_00"), "frames of a movie have no names there: {text}");
     // A lamp is missing in one movie.
     let short: Vec<PathBuf> = round(&shoot, 1).into_iter().skip(2).collect();
     film(&short, &filmed.join("exemplars/pose01.mkv"));
     let again = folder.path().join("again");
     let _ = movies::open(&filmed.join("exemplars/pose01.mkv"));
-    let said = import(&again, &filmed, &SETTINGS, &silent)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        said.contains("pose01.mkv") && said.contains("6 lamps"),
-        "{said}"
-    );
+    let said = import(&again, &filmed, &SETTINGS, &silent).unwrap_err().to_string();
+    assert!(said.contains("pose01.mkv") && said.contains("6 lamps"), "{said}");
     assert!(!again.join("project.toml").exists());
 }
 
@@ -207,9 +160,7 @@ fn a_map_says_which_frames_of_one_movie_are_what() {
     let manifest = std::fs::read_to_string(shoot.join("manifest.json")).unwrap();
     let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
     let probes = &manifest["probes"];
-    let lamps: String = (0..LAMPS)
-        .map(|lamp| format!("olat_{lamp:02}.jpg 0 {lamp} 1\n"))
-        .collect();
+    let lamps: String = (0..LAMPS).map(|lamp| format!("olat_{lamp:02}.jpg 0 {lamp} 1\n")).collect();
     std::fs::write(folder.path().join("dome.lp"), format!("{LAMPS}\n{lamps}")).unwrap();
     let map = format!(
         r#"
@@ -243,11 +194,7 @@ tracking = [12, 16, 20]
         ("frames = [0, 2]", "frames = [0, 200]", "has 0 to 20"),
         ("frames = [3, 11]", "frames = [3, 8]", "6 lamps"),
         ("lamps = [13, 14,", "lamps = [999, 14,", "no frame 999"),
-        (
-            "lamps = [13, 14,",
-            "lamps = [14,",
-            "5 frames are named for 6 lamps",
-        ),
+        ("lamps = [13, 14,", "lamps = [14,", "5 frames are named for 6 lamps"),
         ("frame = 6", "frame = 60", "frame 60"),
         ("day 1.mkv", "gone.mkv", "gone.mkv"),
         ("pose01", "pose00", "twice"),
@@ -255,9 +202,8 @@ tracking = [12, 16, 20]
         ("name = \"pose01\"", "name = \"../up\"", "is not the name"),
     ] {
         std::fs::write(&path, map.replacen(from, to, 1)).unwrap();
-        let said = import(&folder.path().join("bad"), &path, &SETTINGS, &silent)
-            .unwrap_err()
-            .to_string();
+        let said =
+            import(&folder.path().join("bad"), &path, &SETTINGS, &silent).unwrap_err().to_string();
         assert!(said.contains(says), "{to}: {said}");
     }
     shown!(
@@ -280,18 +226,12 @@ fn a_stage_that_is_filmed_is_imported_from_its_movies() {
         size: 32,
         lamps: LAMPS,
         written_as: WrittenAs::Movies,
-        trouble: TroubleSettings {
-            tracking: Some(3),
-            ..TroubleSettings::default()
-        },
+        trouble: TroubleSettings { tracking: Some(3), ..TroubleSettings::default() },
         ..StageSettings::default()
     };
     let [filmed, shoot] = ["filmed", "shoot"].map(|name| folder.path().join(name));
     write_shoot(&filmed, &stage, &silent).unwrap();
-    let files = StageSettings {
-        written_as: WrittenAs::Files,
-        ..stage
-    };
+    let files = StageSettings { written_as: WrittenAs::Files, ..stage };
     write_shoot(&shoot, &files, &silent).unwrap();
     let movies = import(&folder.path().join("movies"), &filmed, &SETTINGS, &silent).unwrap();
     let files = import(&folder.path().join("files"), &shoot, &SETTINGS, &silent).unwrap();
@@ -302,21 +242,13 @@ fn a_stage_that_is_filmed_is_imported_from_its_movies() {
     assert_eq!(movies.settings.shoot.lamps.len(), LAMPS);
     for frame in 0..3 {
         let [a, b] = [&files, &movies].map(|p| Frame::load(p, &Response::Srgb, frame).unwrap());
-        let off = a
-            .plate
-            .pixels
-            .iter()
-            .flatten()
-            .zip(b.plate.pixels.iter().flatten());
+        let off = a.plate.pixels.iter().flatten().zip(b.plate.pixels.iter().flatten());
         let off = off.map(|(a, b)| (a - b).abs()).sum::<f32>() / (3 * a.plate.pixels.len()) as f32;
         // ProRes is no lossless codec.
         assert!(off < 0.01 && a.mask == b.mask, "frame {frame}: {off}");
     }
     for pose in 0..6 {
-        assert_eq!(
-            TrackingFrames::of(&movies, pose).unwrap().unwrap().times,
-            [0.0, 0.5, 1.0]
-        );
+        assert_eq!(TrackingFrames::of(&movies, pose).unwrap().unwrap().times, [0.0, 0.5, 1.0]);
         let [a, b] = [&files, &movies].map(|p| Exemplar::load(p, &Response::Srgb, pose).unwrap());
         for (lamp, (a, b)) in a.olats.iter().zip(&b.olats).enumerate() {
             let off = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
@@ -338,10 +270,7 @@ fn a_movie_is_the_interview_of_what_lies_beside_it_or_says_what_is_missing() {
         size: 32,
         lamps: LAMPS,
         written_as: WrittenAs::Movies,
-        trouble: TroubleSettings {
-            tracking: Some(3),
-            ..TroubleSettings::default()
-        },
+        trouble: TroubleSettings { tracking: Some(3), ..TroubleSettings::default() },
         ..StageSettings::default()
     };
     let shoot = folder.path().join("card");
@@ -376,13 +305,7 @@ fn a_movie_is_the_interview_of_what_lies_beside_it_or_says_what_is_missing() {
     std::fs::copy(&movie, &alone).unwrap();
     let refused = import(&folder.path().join("no"), &alone, &SETTINGS, &silent).unwrap_err();
     let refused = refused.to_string();
-    for word in [
-        "alone.mov",
-        "exemplars/",
-        "probes.mov",
-        "New project",
-        "docs/movies.md",
-    ] {
+    for word in ["alone.mov", "exemplars/", "probes.mov", "New project", "docs/movies.md"] {
         assert!(refused.contains(word), "{refused}");
     }
     assert!(!folder.path().join("no").exists());
@@ -409,11 +332,8 @@ fn an_interview_of_exr_pictures_is_imported() {
     let plain = Frame::load(&files, &Response::Srgb, 2).unwrap();
     for (frame, path) in interview(&shoot).into_iter().enumerate() {
         let light = Response::Srgb.decode(&imaging::file::read_encoded(&path).unwrap());
-        imaging::file::write_exr(
-            &path.with_file_name(format!("A.{}.exr", 1001 + frame)),
-            &light,
-        )
-        .unwrap();
+        imaging::file::write_exr(&path.with_file_name(format!("A.{}.exr", 1001 + frame)), &light)
+            .unwrap();
         std::fs::remove_file(path).unwrap();
         let mask =
             |digits: usize| shoot.join(format!("interview_masks/frame_{frame:0digits$}.png"));
@@ -421,12 +341,7 @@ fn an_interview_of_exr_pictures_is_imported() {
     }
     let exr = import(&folder.path().join("exr"), &shoot, &SETTINGS, &silent).unwrap();
     let light = Frame::load(&exr, &Response::Srgb, 2).unwrap();
-    let off = light
-        .plate
-        .pixels
-        .iter()
-        .flatten()
-        .zip(plain.plate.pixels.iter().flatten());
+    let off = light.plate.pixels.iter().flatten().zip(plain.plate.pixels.iter().flatten());
     let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(off < 1e-3 && light.mask == plain.mask, "{off}");
 }
@@ -458,10 +373,7 @@ fn mattes_of_a_sequence_may_have_the_names_of_its_files() {
     let sequence = import(&root, &shoot, &SETTINGS, &silent).unwrap();
     for (a, b) in stills.iter().zip(&seen(&sequence)) {
         let pairs = |a: &[f32], b: &[f32]| -> f32 {
-            a.iter()
-                .zip(b)
-                .map(|(a, b)| (a - b).abs())
-                .fold(0.0, f32::max)
+            a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
         };
         let off = pairs(&a.mask.pixels, &b.mask.pixels);
         assert!(off < 1e-6, "the matte is off by {off}");
@@ -477,8 +389,5 @@ fn mattes_of_a_sequence_may_have_the_names_of_its_files() {
     std::fs::remove_file(shoot.join("interview_masks/frame_002.png")).unwrap();
     let said = import(&folder.path().join("short"), &shoot, &SETTINGS, &silent).unwrap_err();
     let said = said.to_string();
-    assert!(
-        said.contains("interview_masks") && said.contains("2 mattes"),
-        "{said}"
-    );
+    assert!(said.contains("interview_masks") && said.contains("2 mattes"), "{said}");
 }

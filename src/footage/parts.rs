@@ -30,44 +30,30 @@ impl Parts {
     /// # Errors
     /// When something is missing or cannot be read, or a movie shows another number of lamps.
     pub fn find(shoot: &Path, progress: &Progress) -> Result<Self> {
-        let is_map = shoot
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        let is_map = shoot.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         if is_map && shoot.is_file() {
             return Self::of_map(shoot, progress);
         }
         if shoot.is_file() {
             return Self::of_interview(shoot, progress);
         }
-        Self::of_folder(
-            shoot,
-            Manifest::read(shoot)?,
-            Listing::read(shoot)?,
-            progress,
-        )
+        Self::of_folder(shoot, Manifest::read(shoot)?, Listing::read(shoot)?, progress)
     }
 
     /// A movie is the interview of the shoot in its folder.
     fn of_interview(movie: &Path, progress: &Progress) -> Result<Self> {
-        let parent = movie
-            .parent()
-            .filter(|parent| !parent.as_os_str().is_empty());
+        let parent = movie.parent().filter(|parent| !parent.as_os_str().is_empty());
         let folder = parent.unwrap_or(Path::new("."));
         let beside = Listing::present(folder);
         let lacks = [
-            (
-                beside.poses.is_empty(),
-                "exemplars/ with each pose under each single lamp",
-            ),
+            (beside.poses.is_empty(), "exemplars/ with each pose under each single lamp"),
             (
                 beside.ball_movie.is_none() && !folder.join("probes").is_dir(),
                 "probes.mov or probes/ with the mirror ball under each lamp",
             ),
         ];
-        let lacks: Vec<&str> = lacks
-            .into_iter()
-            .filter_map(|(lacks, what)| lacks.then_some(what))
-            .collect();
+        let lacks: Vec<&str> =
+            lacks.into_iter().filter_map(|(lacks, what)| lacks.then_some(what)).collect();
         if !lacks.is_empty() {
             return Err(Error::missing(
                 format!(
@@ -97,9 +83,7 @@ impl Parts {
         let mut takes = Takes::default();
         let list = lamp_list_of(shoot)?;
         let known = (!listing.lamps.is_empty()).then_some(listing.lamps.len());
-        let mut expected = known
-            .or(list.as_ref().map(Vec::len))
-            .or(manifest.olat_conditions);
+        let mut expected = known.or(list.as_ref().map(Vec::len)).or(manifest.olat_conditions);
         let name_lamps = |listing: &mut Listing, count: usize| {
             if listing.lamps.is_empty() {
                 let names = list.as_ref().filter(|list| list.len() == count);
@@ -127,11 +111,8 @@ impl Parts {
             takes.poses.insert(pose, rounds.take(found, &listing.lamps));
         }
         let by_name: HashMap<String, Vec3> = list.into_iter().flatten().collect();
-        let directions: Option<_> = listing
-            .lamps
-            .iter()
-            .map(|lamp| by_name.get(lamp).copied())
-            .collect();
+        let directions: Option<_> =
+            listing.lamps.iter().map(|lamp| by_name.get(lamp).copied()).collect();
         if directions.is_none() && !by_name.is_empty() {
             progress.say(
                 "The names in the .lp list are not those of the lamps, so the list is not used",
@@ -149,14 +130,9 @@ impl Parts {
 
     fn of_map(path: &Path, progress: &Progress) -> Result<Self> {
         let map = Map::read(path)?;
-        let parent = path
-            .parent()
-            .filter(|parent| !parent.as_os_str().is_empty());
+        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
         let folder = parent.unwrap_or(Path::new("."));
-        let folder = map
-            .folder
-            .as_ref()
-            .map_or(folder.to_path_buf(), |other| folder.join(other));
+        let folder = map.folder.as_ref().map_or(folder.to_path_buf(), |other| folder.join(other));
         let (mut lamps, directions) = map.lamps(&folder)?;
         let balls = map.balls();
         let expected = (!lamps.is_empty()).then_some(lamps.len());
@@ -182,9 +158,8 @@ impl Parts {
             ball_radius_m: map.ball.radius_m,
             ball_position_m: None,
         };
-        let camera = map.ball.camera_distance_m.map(|distance| Camera {
-            position: [0.0, 0.0, distance],
-        });
+        let camera =
+            map.ball.camera_distance_m.map(|distance| Camera { position: [0.0, 0.0, distance] });
         let manifest = Manifest {
             name: map.name.or_else(|| Some(name_of(&path.with_extension("")))),
             frame_rate: map.frame_rate,
@@ -212,13 +187,7 @@ impl Parts {
 
 /// The lamps of the `.lp` list in a shoot's folder; `None` if it has none.
 fn lamp_list_of(shoot: &Path) -> Result<Option<Vec<(String, Vec3)>>> {
-    let is_list = |path: &Path| {
-        path.extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("lp"))
-    };
+    let is_list = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("lp"));
     let lists = entries(shoot, |path| is_list(path).then(|| name_of(path)))?;
-    lists
-        .first()
-        .map(|name| lamp_list::read(&shoot.join(name)))
-        .transpose()
+    lists.first().map(|name| lamp_list::read(&shoot.join(name))).transpose()
 }

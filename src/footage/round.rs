@@ -91,10 +91,7 @@ fn bounds(light: &[f32]) -> (f32, f32) {
     let steps = sorted.len().saturating_sub(1);
     // Dark frames may be most of them, but even they are not black in every camera.
     let dark = widest(0..steps * 3 / 4, DARK).map(|i| sorted[i]);
-    let dark = dark
-        .filter(|dark| *dark < sorted[steps] / FAINT)
-        .unwrap_or(BLACK)
-        .max(BLACK);
+    let dark = dark.filter(|dark| *dark < sorted[steps] / FAINT).unwrap_or(BLACK).max(BLACK);
     // Fewer than half of the others are fully lit.
     let first = sorted.partition_point(|&l| l <= dark);
     let lit = widest((first + steps) / 2..steps, LIT).map(|i| sorted[i + 1]);
@@ -104,9 +101,8 @@ fn bounds(light: &[f32]) -> (f32, f32) {
 /// Whether the frames from `lit` on differ in light, as lamps do and fully lit frames do not.
 fn differ(bright: &[usize], light: &[f32], lit: f32) -> bool {
     let lit = bright.iter().map(|&i| light[i]).filter(|&l| l >= lit);
-    let (least, most) = lit.fold((f32::INFINITY, 0f32), |(least, most), l| {
-        (least.min(l), most.max(l))
-    });
+    let (least, most) =
+        lit.fold((f32::INFINITY, 0f32), |(least, most), l| (least.min(l), most.max(l)));
     most > ALIKE * least
 }
 
@@ -152,11 +148,7 @@ mod tests {
         assert_eq!(found.lamps.len(), 12);
         assert_eq!(found.lamps[0], 104);
         // Without tracking frames, and with dark frames between.
-        for pattern in [
-            "llllllllllll",
-            "..llllllllllll.",
-            ".l.l.l.l.l.l.l.l.l.l.l.l.",
-        ] {
+        for pattern in ["llllllllllll", "..llllllllllll.", ".l.l.l.l.l.l.l.l.l.l.l.l."] {
             let found = find(&light(pattern), 0, Some(12)).unwrap();
             let expected = pattern.char_indices().filter(|(_, c)| *c == 'l');
             assert_eq!(

@@ -37,9 +37,7 @@ pub struct Line {
 impl Scan {
     /// Whether the folder holds everything that a project needs.
     pub fn is_complete(&self) -> bool {
-        self.lines
-            .iter()
-            .all(|line| line.lack.is_none() || !line.needed)
+        self.lines.iter().all(|line| line.lack.is_none() || !line.needed)
     }
 }
 
@@ -55,9 +53,9 @@ pub fn scan(folder: &Path) -> Scan {
     let manifest = Manifest::read(folder);
     let listing = Listing::present(folder);
     let picture = match &listing.frames {
-        Frames::Named(names) => names
-            .first()
-            .map(|name| dimensions(&folder.join(format!("interview/{name}.png")))),
+        Frames::Named(names) => {
+            names.first().map(|name| dimensions(&folder.join(format!("interview/{name}.png"))))
+        }
         Frames::Clip(clip) => {
             Some(movies::open(&folder.join(&clip.movie)).map(|source| source.size()))
         }
@@ -85,12 +83,7 @@ pub fn scan(folder: &Path) -> Scan {
 
 /// A part that every project needs.
 fn needed(part: &'static str, found: String, lack: Option<String>) -> Line {
-    Line {
-        part,
-        found,
-        lack,
-        needed: true,
-    }
+    Line { part, found, lack, needed: true }
 }
 
 fn manifest_line(folder: &Path, manifest: &Result<Manifest>, listing: &Listing) -> Line {
@@ -116,10 +109,9 @@ fn manifest_line(folder: &Path, manifest: &Result<Manifest>, listing: &Listing) 
 fn interview(listing: &Listing, picture: Option<&Result<(usize, usize)>>, rate: f64) -> Line {
     let frames = counted(listing.frames.len(), "frame");
     let (found, lack) = match picture {
-        Some(Ok((width, height))) => (
-            format!("{frames} of {width} × {height} pixels, {rate} a second"),
-            None,
-        ),
+        Some(Ok((width, height))) => {
+            (format!("{frames} of {width} × {height} pixels, {rate} a second"), None)
+        }
         Some(Err(e)) => (frames, Some(e.to_string())),
         None => (
             "no frames".to_owned(),
@@ -141,14 +133,11 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
                 .to_owned(),
         )
     } else {
-        let olats = poses
-            .iter()
-            .filter(|pose| !is_movie(pose))
-            .flat_map(|pose| {
-                let there = pictures(folder, &format!("exemplars/{pose}"));
-                let missing = lamps.iter().filter(move |&lamp| !there.contains(lamp));
-                missing.map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
-            });
+        let olats = poses.iter().filter(|pose| !is_movie(pose)).flat_map(|pose| {
+            let there = pictures(folder, &format!("exemplars/{pose}"));
+            let missing = lamps.iter().filter(move |&lamp| !there.contains(lamp));
+            missing.map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
+        });
         absent(
             &olats.collect::<Vec<_>>(),
             "Every pose is needed under every lamp: a relit pose would lack that light",
@@ -169,9 +158,7 @@ fn mirror_balls(folder: &Path, listing: &Listing) -> Line {
         Some(_) => &[],
         None => &listing.lamps[..],
     };
-    let wanted = interview
-        .into_iter()
-        .chain(lamps.iter().map(String::as_str));
+    let wanted = interview.into_iter().chain(lamps.iter().map(String::as_str));
     let missing: Vec<String> = wanted
         .filter(|&name| !there.contains(name))
         .map(|name| format!("probes/{name}.png"))
@@ -179,11 +166,9 @@ fn mirror_balls(folder: &Path, listing: &Listing) -> Line {
     needed(
         "Mirror balls",
         match &listing.ball_movie {
-            Some(movie) => format!(
-                "{} and {}",
-                movie.display(),
-                counted(there.len(), "photograph")
-            ),
+            Some(movie) => {
+                format!("{} and {}", movie.display(), counted(there.len(), "photograph"))
+            }
             None => counted(there.len(), "photograph"),
         },
         absent(
@@ -220,10 +205,7 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
     needed(
         "Mattes",
         found,
-        absent(
-            &missing,
-            "The mattes mark the subject: only that is learnt and relit",
-        ),
+        absent(&missing, "The mattes mark the subject: only that is learnt and relit"),
     )
 }
 
@@ -249,10 +231,7 @@ fn environments(folder: &Path, manifest: Option<&Manifest>) -> Line {
                     .to_owned(),
             )
         } else {
-            absent(
-                &missing,
-                "The others and the built-in environments can still be used",
-            )
+            absent(&missing, "The others and the built-in environments can still be used")
         },
         needed: false,
     }
@@ -285,20 +264,12 @@ mod tests {
     fn a_whole_shoot_is_complete_and_each_hole_is_named_with_its_reason() {
         let folder = tempfile::tempdir().unwrap();
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-        let stage = StageSettings {
-            frames: 2,
-            size: 16,
-            lamps: 4,
-            ..StageSettings::default()
-        };
+        let stage = StageSettings { frames: 2, size: 16, lamps: 4, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent).unwrap();
         assert!(is_shoot(&shoot) && !is_shoot(folder.path()));
         let whole = scan(&shoot);
         assert!(whole.is_complete(), "{whole:?}");
-        assert_eq!(
-            (whole.frames, whole.lamps, whole.picture),
-            (2, 4, Some((16, 16)))
-        );
+        assert_eq!((whole.frames, whole.lamps, whole.picture), (2, 4, Some((16, 16))));
         assert!(whole.lines[2].found.ends_with("× 4 lamps"));
         assert_eq!(whole.lines[3].found, "5 photographs");
 
@@ -308,36 +279,17 @@ mod tests {
         };
         for (line, file, says) in [
             (0, "manifest.json", ["manifest.json", "direction"]),
-            (
-                0,
-                "interview/frame_000.png",
-                ["`frames`", "the folder has 1"],
-            ),
-            (
-                2,
-                "exemplars/pose00/olat_01.png",
-                ["pose00/olat_01.png", "under every lamp"],
-            ),
-            (
-                3,
-                "probes/interview.png",
-                ["probes/interview.png", "measured"],
-            ),
-            (
-                4,
-                "interview_masks/frame_001.png",
-                ["frame_001.png", "subject"],
-            ),
+            (0, "interview/frame_000.png", ["`frames`", "the folder has 1"]),
+            (2, "exemplars/pose00/olat_01.png", ["pose00/olat_01.png", "under every lamp"]),
+            (3, "probes/interview.png", ["probes/interview.png", "measured"]),
+            (4, "interview_masks/frame_001.png", ["frame_001.png", "subject"]),
         ] {
             let path = shoot.join(file);
             let bytes = std::fs::read(&path).unwrap();
             std::fs::remove_file(&path).unwrap();
             let holed = scan(&shoot);
             let sentence = holed.lines[line].lack.clone().unwrap_or_default();
-            assert!(
-                says.iter().all(|word| sentence.contains(word)),
-                "{file}: {sentence}"
-            );
+            assert!(says.iter().all(|word| sentence.contains(word)), "{file}: {sentence}");
             assert!(!holed.is_complete() && refused("film"), "{file}");
             std::fs::write(&path, bytes).unwrap();
         }

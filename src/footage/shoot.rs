@@ -120,10 +120,7 @@ impl Manifest {
             ("olat_conditions", lamps, listing.lamps.len()),
             ("frames", self.frames, listing.frames.len()),
         ];
-        match counts
-            .into_iter()
-            .find(|(_, said, found)| said.is_some_and(|said| said != *found))
-        {
+        match counts.into_iter().find(|(_, said, found)| said.is_some_and(|said| said != *found)) {
             Some((key, Some(said), found)) => Err(Error::invalid(
                 format!(
                     "{} says {said} for `{key}`, but the folder has {found}",
@@ -240,10 +237,7 @@ impl Listing {
             let pose = name_of(&movie.with_extension(""));
             if poses.contains(&pose) || pose_movies.contains_key(&pose) {
                 let problem = format!("{} has more than one pose {pose}", exemplars.display());
-                return Err(Error::invalid(
-                    problem,
-                    "Give each pose one folder or one movie",
-                ));
+                return Err(Error::invalid(problem, "Give each pose one folder or one movie"));
             }
             pose_movies.insert(pose, movie);
         }
@@ -288,12 +282,8 @@ fn clip_named(shoot: &Path, name: &str) -> Option<PathBuf> {
 /// All of a movie or sequence in a shoot's folder, with its frames per second if it says them.
 fn clip(shoot: &Path, movie: PathBuf) -> Result<(Clip, Option<f64>)> {
     let source = movies::open(&shoot.join(&movie))?;
-    let clip = Clip {
-        movie,
-        first: source.first(),
-        count: source.count()?,
-        alpha: source.has_alpha(),
-    };
+    let clip =
+        Clip { movie, first: source.first(), count: source.count()?, alpha: source.has_alpha() };
     Ok((clip, source.frame_rate()))
 }
 
@@ -307,19 +297,15 @@ fn movie_named(shoot: &Path, name: &str) -> Option<PathBuf> {
 /// Names that `pick` takes from a folder's entries, sorted.
 pub fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<Vec<String>> {
     let listing = std::fs::read_dir(folder).map_err(|e| Error::io("open", folder, e, NO_SHOOT))?;
-    let mut names: Vec<String> = listing
-        .flatten()
-        .filter_map(|entry| pick(&entry.path()))
-        .collect();
+    let mut names: Vec<String> =
+        listing.flatten().filter_map(|entry| pick(&entry.path())).collect();
     names.sort();
     Ok(names)
 }
 
 pub fn png_names(folder: &Path) -> Result<Vec<String>> {
     entries(folder, |path| {
-        let png = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
         (png && !name_of(path).starts_with('.'))
             .then(|| path.with_extension(""))
             .map(|p| name_of(&p))
@@ -327,6 +313,5 @@ pub fn png_names(folder: &Path) -> Result<Vec<String>> {
 }
 
 pub fn name_of(path: &Path) -> String {
-    path.file_name()
-        .map_or_else(|| "shoot".to_owned(), |n| n.to_string_lossy().into_owned())
+    path.file_name().map_or_else(|| "shoot".to_owned(), |n| n.to_string_lossy().into_owned())
 }

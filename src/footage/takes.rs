@@ -26,10 +26,7 @@ pub struct Rounds {
 impl Rounds {
     /// All of a movie.
     pub fn of(movie: impl Into<PathBuf>) -> Self {
-        Self {
-            movie: movie.into(),
-            ..Self::default()
-        }
+        Self { movie: movie.into(), ..Self::default() }
     }
 
     /// Finds the lamps' frames; reads all frames, unless they are known. `expected`: the number of lamps, if it is known.
@@ -56,11 +53,7 @@ impl Rounds {
         let (first, count) = (source.first(), source.count()?);
         let end = first + count.saturating_sub(1);
         let [start, last] = self.range.unwrap_or([first, end]);
-        let mut named = self
-            .lamps
-            .iter()
-            .chain(&self.tracking)
-            .chain([&start, &last]);
+        let mut named = self.lamps.iter().chain(&self.tracking).chain([&start, &last]);
         if let Some(beyond) = named.find(|&&frame| frame < first || frame > end) {
             return Err(refuse(format!(
                 "there is no frame {beyond}: its frames are {first} to {end}"
@@ -73,10 +66,7 @@ impl Rounds {
                     self.lamps.len()
                 )));
             }
-            let round = Round {
-                lamps: self.lamps.clone(),
-                tracking: self.tracking.clone(),
-            };
+            let round = Round { lamps: self.lamps.clone(), tracking: self.tracking.clone() };
             return Ok((round, source));
         }
         if start > last || last - start >= MOST_SEARCHED {
@@ -88,12 +78,7 @@ impl Rounds {
         for frame in start..=last {
             progress.check("no project was made")?;
             let name = self.movie.display().to_string();
-            progress.step(
-                "looking for lamps",
-                frame - start + 1,
-                last - start + 1,
-                name,
-            );
+            progress.step("looking for lamps", frame - start + 1, last - start + 1, name);
             light.push(mean_light(&source, frame)?);
         }
         let mut round = round::find(&light, start, expected).map_err(refuse)?;
@@ -109,11 +94,7 @@ impl Rounds {
             movie: self.movie.clone(),
             alpha: source.has_alpha(),
             tracking: round.tracking,
-            lamps: lamps
-                .iter()
-                .cloned()
-                .zip(round.lamps)
-                .collect::<BTreeMap<_, _>>(),
+            lamps: lamps.iter().cloned().zip(round.lamps).collect::<BTreeMap<_, _>>(),
         }
     }
 }
@@ -126,9 +107,7 @@ pub(super) fn mean_light(source: &Source, frame: u64) -> Result<f32> {
     let picture = source.frame(frame)?.encoded().0;
     // Every third pixel of every third row tells as much.
     let (width, height) = picture.size();
-    let rows = (0..height)
-        .step_by(3)
-        .flat_map(|y| (0..width).step_by(3).map(move |x| (x, y)));
+    let rows = (0..height).step_by(3).flat_map(|y| (0..width).step_by(3).map(move |x| (x, y)));
     let (mut sum, mut count) = (0.0, 0);
     for (x, y) in rows {
         sum += f64::from(luminance(picture.at(x, y).map(linear_from_srgb)));

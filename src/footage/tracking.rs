@@ -24,10 +24,8 @@ impl TrackingFrames {
         let in_movie = project.tracking_pictures(pose);
         if in_movie.len() > 1 {
             let time = |before: usize| before as f32 / lamps as f32;
-            let (pictures, times) = in_movie
-                .into_iter()
-                .map(|(picture, before)| (picture, time(before)))
-                .unzip();
+            let (pictures, times) =
+                in_movie.into_iter().map(|(picture, before)| (picture, time(before))).unzip();
             return Ok(Some(Self { pictures, times }));
         }
         let folder = project.shoot_path(format!("tracking/{}", shoot.poses[pose]));
@@ -43,17 +41,10 @@ impl TrackingFrames {
         let before = said.map_or_else(Vec::new, |tracking| tracking.before_lamp);
         let rises = before.windows(2).all(|pair| pair[0] < pair[1]);
         let times = match before.len() == names.len() && rises {
-            true => (before.iter())
-                .map(|&lamp| lamp.min(lamps) as f32 / lamps as f32)
-                .collect(),
-            false => (0..names.len())
-                .map(|i| i as f32 / (names.len() - 1) as f32)
-                .collect(),
+            true => (before.iter()).map(|&lamp| lamp.min(lamps) as f32 / lamps as f32).collect(),
+            false => (0..names.len()).map(|i| i as f32 / (names.len() - 1) as f32).collect(),
         };
         let file = |name: &String| Picture::File(folder.join(format!("{name}.png")));
-        Ok(Some(Self {
-            pictures: names.iter().map(file).collect(),
-            times,
-        }))
+        Ok(Some(Self { pictures: names.iter().map(file).collect(), times }))
     }
 }

@@ -36,10 +36,7 @@ impl Adapter {
         let (info, limits) = (adapter.get_info(), adapter.limits());
         Self {
             backend: info.backend.to_string(),
-            driver: [info.driver.trim(), info.driver_info.trim()]
-                .join(" ")
-                .trim()
-                .to_owned(),
+            driver: [info.driver.trim(), info.driver_info.trim()].join(" ").trim().to_owned(),
             kind: match info.device_type {
                 wgpu::DeviceType::DiscreteGpu => "discrete GPU",
                 wgpu::DeviceType::IntegratedGpu => "integrated GPU",

@@ -129,15 +129,10 @@ impl ComputeDevice {
         };
         let name = &gpu.adapter.name;
         match gpu.network().and_then(|device| test(gpu).map(|()| device)) {
-            Ok(device) => Self {
-                device,
-                description: format!("GPU (wgpu): {name}"),
-                ..self
-            },
-            Err(why) => Self {
-                description: format!("CPU (flex): {why}; pictures: GPU {name}"),
-                ..self
-            },
+            Ok(device) => Self { device, description: format!("GPU (wgpu): {name}"), ..self },
+            Err(why) => {
+                Self { description: format!("CPU (flex): {why}; pictures: GPU {name}"), ..self }
+            }
         }
     }
 
@@ -198,18 +193,14 @@ impl Gpu {
             ));
         }
         let [pictures, _] = &*self.verdicts;
-        pictures
-            .get_or_init(|| self_test::pictures(&self.adapter.name, &self.passes))
-            .clone()
+        pictures.get_or_init(|| self_test::pictures(&self.adapter.name, &self.passes)).clone()
     }
 
     /// Whether a network can run on it, and if not, why.
     fn check_network(&self) -> Result<(), String> {
         let (name, device) = (&self.adapter.name, self.network()?);
         let [_, network] = &*self.verdicts;
-        network
-            .get_or_init(|| self_test::network(name, &device))
-            .clone()
+        network.get_or_init(|| self_test::network(name, &device)).clone()
     }
 
     /// This GPU as burn names it.
@@ -293,10 +284,7 @@ pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'sta
 
 fn is_hardware(adapter: &wgpu::AdapterInfo) -> bool {
     use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
-    matches!(
-        adapter.device_type,
-        DiscreteGpu | IntegratedGpu | VirtualGpu
-    )
+    matches!(adapter.device_type, DiscreteGpu | IntegratedGpu | VirtualGpu)
 }
 
 /// Orders kinds of adapters, the fastest first.
@@ -351,9 +339,6 @@ mod tests {
         let next = compute(gpu);
         assert!(next.gpu.is_none() && next.device == Device::flex());
         let said = next.description;
-        assert!(
-            said.contains("stopped working; start Afterlight again"),
-            "{said}"
-        );
+        assert!(said.contains("stopped working; start Afterlight again"), "{said}");
     }
 }

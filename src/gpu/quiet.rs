@@ -27,9 +27,7 @@ impl Slack {
         let before = get_timerslack().ok().and_then(|ns| ns.try_into().ok());
         // Where it cannot be set, they wake as often as they want.
         let set = before.is_some() && set_timerslack(SLACK_NS).is_ok();
-        Self {
-            before: before.filter(|_| set),
-        }
+        Self { before: before.filter(|_| set) }
     }
 
     /// Elsewhere a process cannot ask for this.

@@ -86,10 +86,7 @@ impl Check {
 /// A scene that is shown through the film curve.
 fn filmic() -> Scene {
     Scene {
-        effects: Effects {
-            view: ViewTransform::Filmic,
-            ..Effects::default()
-        },
+        effects: Effects { view: ViewTransform::Filmic, ..Effects::default() },
         ..Scene::default()
     }
 }
@@ -260,10 +257,7 @@ mod tests {
                 };
                 let said = spoilt(check, wrong).unwrap_err();
                 assert!(said.starts_with("the GPU Broken 9000 computed "), "{said}");
-                assert!(
-                    said.contains(check.name()) && said.contains("expected"),
-                    "{said}"
-                );
+                assert!(said.contains(check.name()) && said.contains("expected"), "{said}");
             }
             let nan = |values: Vec<f32>| vec![f32::NAN; values.len()];
             assert!(spoilt(check, nan).unwrap_err().contains("NaN"));
@@ -275,11 +269,7 @@ mod tests {
     #[test]
     fn a_gpu_that_fails_or_stops_is_not_trusted() {
         let failed = compare("Broken", &ALL, |_| Err("out of memory".into()));
-        assert!(
-            failed
-                .unwrap_err()
-                .contains("failed in the network's layers: out of memory")
-        );
+        assert!(failed.unwrap_err().contains("failed in the network's layers: out of memory"));
         let stopped = compare("Broken", &ALL, |check| match check {
             Check::Sum => panic!("work writing it was skipped"),
             check => check.on_cpu(),

@@ -85,10 +85,7 @@ pub fn check(media: &Media, (_, last): (usize, usize), place: LayerFiles) -> Res
     if place == LayerFiles::Parts {
         return Err(Error::invalid(
             "Blender reads only the first part of an EXR, and the layers are to be parts",
-            (
-                "Write them as channels or as files",
-                "--layer-files channels",
-            ),
+            ("Write them as channels or as files", "--layer-files channels"),
         ));
     }
     if last > MOST_FRAMES {
@@ -145,9 +142,7 @@ impl<'a> Numbers<'a> {
         let whole = rate.round().max(1.0);
         let part = |layer: &str, files: &Option<Stills>| Part {
             layer: layer.to_owned(),
-            file: files
-                .as_ref()
-                .map_or(String::new(), |files| files.name(first)),
+            file: files.as_ref().map_or(String::new(), |files| files.name(first)),
         };
         let lamp = |(index, lamp): (usize, &'a LampLayer)| Lamp {
             sun: Sun {
@@ -171,11 +166,7 @@ impl<'a> Numbers<'a> {
             }
         };
         let mut lamps: Vec<_> = layers.lamps.iter().enumerate().map(lamp).collect();
-        let order = |lamp: &Lamp| {
-            Group::ALL
-                .iter()
-                .position(|group| group.name() == lamp.group)
-        };
+        let order = |lamp: &Lamp| Group::ALL.iter().position(|group| group.name() == lamp.group);
         lamps.sort_by_key(order);
         Self {
             name: &shot.name,
@@ -186,11 +177,7 @@ impl<'a> Numbers<'a> {
             size: layers.size.into(),
             straight: u8::from(layers.alpha == ExrAlpha::Straight),
             lamps,
-            rest: layers
-                .rest
-                .iter()
-                .map(|rest| part("rest", &rest.files))
-                .collect(),
+            rest: layers.rest.iter().map(|rest| part("rest", &rest.files)).collect(),
             world: World {
                 file: format!("{}{ENVIRONMENT}", shot.name),
                 rotation: shortened(light.frames.iter().map(rotation)),
@@ -223,11 +210,7 @@ fn in_blender(d: Vec3) -> Vec3 {
 /// The rotation of the Mapping node (type Point) that shows the panorama turned as in this frame, as Euler angles XYZ in
 /// radians. The node turns the direction that is looked up, and Blender's middle column is +X.
 fn rotation(frame: &FrameLight) -> [f32; 3] {
-    let ours = Mat3::from_cols(
-        in_blender(Vec3::X),
-        in_blender(Vec3::Y),
-        in_blender(Vec3::Z),
-    );
+    let ours = Mat3::from_cols(in_blender(Vec3::X), in_blender(Vec3::Y), in_blender(Vec3::Z));
     let middle = Mat3::from_rotation_z(-std::f32::consts::FRAC_PI_2);
     let looked_up = middle * ours * Mat3::from_quat(frame.turn.inverse()) * ours.transpose();
     let (z, y, x) = Quat::from_mat3(&looked_up).to_euler(EulerRot::ZYX);

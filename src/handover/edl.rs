@@ -23,10 +23,7 @@ pub fn check((frames, seconds): (i32, u32)) -> Result<()> {
         format!(
             "an EDL cannot count {rate:.3} frames per second, only whole rates and television's from 1 to 100"
         ),
-        (
-            "Hand over by OpenTimelineIO",
-            "--hand-over otio, or leave edl out of it",
-        ),
+        ("Hand over by OpenTimelineIO", "--hand-over otio, or leave edl out of it"),
     ))
 }
 
@@ -36,11 +33,7 @@ pub fn list(shot: &Shot) -> String {
     let count = shot.count();
     let times = [shot.time_code, record].map(|start| (start, start.plus(count)));
     let [(source_in, source_out), (record_in, record_out)] = times;
-    let mode = if shot.time_code.drop {
-        "DROP FRAME"
-    } else {
-        "NON-DROP FRAME"
-    };
+    let mode = if shot.time_code.drop { "DROP FRAME" } else { "NON-DROP FRAME" };
     let tracks = if shot.has_sound { "AA/V" } else { "V" };
     let reel = shot.reel.as_deref().map_or("AX".to_owned(), reel);
     let mut lines = vec![
@@ -97,9 +90,7 @@ fn reel(name: &str) -> String {
 }
 
 fn title(name: &str) -> String {
-    let letters = name
-        .chars()
-        .map(|c| if (' '..='~').contains(&c) { c } else { '_' });
+    let letters = name.chars().map(|c| if (' '..='~').contains(&c) { c } else { '_' });
     letters.take(TITLE).collect()
 }
 
@@ -135,14 +126,8 @@ mod tests {
         bare.reel = None;
         bare.has_sound = true;
         let text = list(&bare);
-        assert!(
-            text.contains("TITLE: __\n") && text.contains("001  AX       AA/V  C"),
-            "{text}"
-        );
-        assert!(
-            text.contains("* SOURCE FILE: é_.mov\n") && !text.contains("REEL"),
-            "{text}"
-        );
+        assert!(text.contains("TITLE: __\n") && text.contains("001  AX       AA/V  C"), "{text}");
+        assert!(text.contains("* SOURCE FILE: é_.mov\n") && !text.contains("REEL"), "{text}");
     }
 
     #[test]
@@ -155,10 +140,7 @@ mod tests {
         let text = list(&drop);
         assert!(text.contains("FCM: DROP FRAME\n"), "{text}");
         // Numbers 00 and 01 of the minute are left out.
-        assert!(
-            text.contains("00:00:59;28 00:01:00;04 01:00:00;00 01:00:00;04"),
-            "{text}"
-        );
+        assert!(text.contains("00:00:59;28 00:01:00;04 01:00:00;00 01:00:00;04"), "{text}");
         assert!(text.contains("* FRAME RATE: 29.970\n"), "{text}");
     }
 
@@ -216,10 +198,7 @@ mod tests {
             let urls = timeline["clips"][0]["media"]["urls"].as_array().unwrap();
             assert_eq!(urls.len(), count);
             let first = urls[0].as_str().unwrap();
-            assert!(
-                first.ends_with("/a/it%27s%20%22%C3%A9%22.4320000.exr"),
-                "{first}"
-            );
+            assert!(first.ends_with("/a/it%27s%20%22%C3%A9%22.4320000.exr"), "{first}");
         }
     }
 

@@ -64,11 +64,7 @@ mod tests {
     /// A direction at an azimuth from the camera, positive to camera-right, and an elevation, in degrees.
     fn at(azimuth: f32, elevation: f32) -> Vec3 {
         let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-        Vec3::new(
-            elevation.cos() * azimuth.sin(),
-            elevation.sin(),
-            elevation.cos() * azimuth.cos(),
-        )
+        Vec3::new(elevation.cos() * azimuth.sin(), elevation.sin(), elevation.cos() * azimuth.cos())
     }
 
     #[test]
@@ -88,10 +84,7 @@ mod tests {
 
     #[test]
     fn light_along_the_axis_alone_is_the_key() {
-        assert_eq!(
-            groups(&[(at(0.0, 60.0), 1.0), (at(90.0, 0.0), 0.0)]),
-            [Key, Fill]
-        );
+        assert_eq!(groups(&[(at(0.0, 60.0), 1.0), (at(90.0, 0.0), 0.0)]), [Key, Fill]);
         assert_eq!(groups(&[(at(180.0, 0.0), 1.0)]), [Rim]);
         assert_eq!(groups(&[]), []);
     }

@@ -73,10 +73,7 @@ impl Layers {
                         found.lamps.len(),
                         rig.lamps.len()
                     ),
-                    (
-                        "Export all frames again with light layers",
-                        "--layers, without --resume",
-                    ),
+                    ("Export all frames again with light layers", "--layers, without --resume"),
                 ));
             }
             for (weights, layer) in weights.iter_mut().zip(&found.lamps) {
@@ -101,11 +98,7 @@ impl Layers {
         };
         let given: Vec<_> = rig.lamps.iter().zip(&weights).map(light).collect();
         let groups = groups(&given);
-        let lamps = rig
-            .lamps
-            .iter()
-            .zip(start.lamps)
-            .zip(groups.into_iter().zip(weights));
+        let lamps = rig.lamps.iter().zip(start.lamps).zip(groups.into_iter().zip(weights));
         Ok(Self {
             lamps: lamps
                 .map(|((lamp, listed), (group, weights))| LampLayer {

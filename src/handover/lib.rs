@@ -55,10 +55,7 @@ pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
             ),
             (
                 "Add light layers and write an EXR, such as shot.%04d.exr",
-                format!(
-                    "--layers, or leave {} out of --hand-over",
-                    program.name().to_lowercase()
-                ),
+                format!("--layers, or leave {} out of --hand-over", program.name().to_lowercase()),
             ),
         ));
     }

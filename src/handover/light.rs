@@ -93,10 +93,7 @@ impl Light {
         rig: &Rig,
     ) -> Result<Self> {
         let solo = lamps_named(rig, &settings.solo)?;
-        let levels = Levels {
-            subject: 1.0,
-            background: Levels::of_environment(&environment),
-        };
+        let levels = Levels { subject: 1.0, background: Levels::of_environment(&environment) };
         let mut lit = EnvironmentWeights::new(&environment, rig, settings.lighting.weighting);
         let even = lit.even().per_lamp;
         // Neither on nor solo can have keys.
@@ -105,12 +102,8 @@ impl Light {
         let shining: Vec<usize> = (0..placed.len()).filter(shines).collect();
         let frame = |frame| {
             let share = (frame - first) as f32 / (last - first + 1) as f32;
-            let Scene {
-                yaw_deg,
-                lighting,
-                exposure_stops,
-                ..
-            } = settings.scene(frame, share, front, Output::Linear);
+            let Scene { yaw_deg, lighting, exposure_stops, .. } =
+                settings.scene(frame, share, front, Output::Linear);
             let exposure = exposure_stops.exp2();
             let (weights, gains) = if solo.is_empty() {
                 let weights = lit.weights(&lighting, yaw_deg, levels.unit());
@@ -206,21 +199,10 @@ pub mod tests {
     /// Settings for frames 10 to 14: a light that moves, one that is off, and a point that stays where it is. The exposure
     /// rises by a stop a frame.
     fn moving() -> RelightSettings {
-        let group = LightGroup {
-            name: "Left".to_owned(),
-            gain_stops: 1.0,
-            ..LightGroup::default()
-        };
-        let moves = PlacedLight {
-            id: 1,
-            group: group.name.clone(),
-            ..PlacedLight::default()
-        };
-        let off = PlacedLight {
-            id: 2,
-            enabled: false,
-            ..PlacedLight::default()
-        };
+        let group =
+            LightGroup { name: "Left".to_owned(), gain_stops: 1.0, ..LightGroup::default() };
+        let moves = PlacedLight { id: 1, group: group.name.clone(), ..PlacedLight::default() };
+        let off = PlacedLight { id: 2, enabled: false, ..PlacedLight::default() };
         let stays = PlacedLight {
             id: 3,
             kind: Kind::Point,
@@ -278,9 +260,7 @@ pub mod tests {
             clipped: 0.0,
         };
         let sides = Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
-        let rig = Rig {
-            lamps: sides.map(lamp).collect(),
-        };
+        let rig = Rig { lamps: sides.map(lamp).collect() };
         let radiance = imaging::Image::from_fn(256, 128, |x, _| [0.5, 0.6, 0.002 * x as f32]);
         let sky = Arc::new(Environment::from_radiance("sky", radiance));
         Light::under(sky, Front::default(), settings, (10, 14), &rig).unwrap()
@@ -300,11 +280,7 @@ pub mod tests {
                 panic!("{} lights", frame.placed.len());
             };
             let (yaw, pitch) = ((45.0 * k - 90.0).to_radians(), (10.0 * k).to_radians());
-            let there = Vec3::new(
-                pitch.cos() * yaw.sin(),
-                pitch.sin(),
-                -pitch.cos() * yaw.cos(),
-            );
+            let there = Vec3::new(pitch.cos() * yaw.sin(), pitch.sin(), -pitch.cos() * yaw.cos());
             assert!(moves.direction.distance(there) < 1e-5);
             assert!((moves.size_deg - 10.0 * (k + 1.0)).abs() < 1e-4);
             // Its group has a gain of one stop.
@@ -352,10 +328,7 @@ pub mod tests {
 
     #[test]
     fn lamps_that_light_alone_leave_no_placed_lights() {
-        let alone = RelightSettings {
-            solo: vec![format!("lamp {}", Vec3::X)],
-            ..moving()
-        };
+        let alone = RelightSettings { solo: vec![format!("lamp {}", Vec3::X)], ..moving() };
         let light = under(&alone);
         assert!(light.placed.is_empty());
         assert!(light.frames.iter().all(|frame| frame.placed.is_empty()));

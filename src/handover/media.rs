@@ -68,9 +68,9 @@ impl Media {
         let name = match self {
             Self::Movie(path) => path.file_stem().map(|s| s.to_string_lossy().into_owned()),
             Self::Stills(stills) if stills.digits.is_some() => Some(stills.before.clone()),
-            Self::Stills(stills) => Path::new(&stills.before)
-                .file_stem()
-                .map(|s| s.to_string_lossy().into_owned()),
+            Self::Stills(stills) => {
+                Path::new(&stills.before).file_stem().map(|s| s.to_string_lossy().into_owned())
+            }
         };
         let name = name.unwrap_or_default();
         match name.trim_end_matches(['.', '_', '-', ' ']) {
@@ -83,19 +83,14 @@ impl Media {
 impl Stills {
     /// The name of the file of a frame.
     pub fn name(&self, frame: usize) -> String {
-        let number = self
-            .digits
-            .map_or(String::new(), |digits| format!("{frame:0digits$}"));
+        let number = self.digits.map_or(String::new(), |digits| format!("{frame:0digits$}"));
         format!("{}{number}{}", self.before, self.after)
     }
 
     /// The names of another file for each frame, of which that of `frame` is `name`.
     pub fn like(&self, name: &str, frame: usize) -> Self {
         let Some(digits) = self.digits else {
-            return Self {
-                before: name.to_owned(),
-                ..self.clone()
-            };
+            return Self { before: name.to_owned(), ..self.clone() };
         };
         let number = format!("{frame:0digits$}");
         let picture = format!("{}{number}", self.before);
@@ -107,11 +102,7 @@ impl Stills {
                 (stem.strip_suffix(&number).unwrap_or(stem), ending)
             }
         };
-        Self {
-            before: before.to_owned(),
-            after: after.to_owned(),
-            ..self.clone()
-        }
+        Self { before: before.to_owned(), after: after.to_owned(), ..self.clone() }
     }
 }
 

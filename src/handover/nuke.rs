@@ -26,10 +26,7 @@ pub fn check(media: &Media) -> Result<()> {
     match media {
         Media::Movie(_) => Ok(()),
         Media::Stills(Stills { before, after, .. }) => {
-            match [before, after]
-                .into_iter()
-                .find(|part| part.contains(SIGNS))
-            {
+            match [before, after].into_iter().find(|part| part.contains(SIGNS)) {
                 None => Ok(()),
                 Some(part) => Err(Error::invalid(
                     format!("Nuke takes # and % in {part:?} for the frame's number"),
@@ -95,9 +92,7 @@ impl Script {
         let (first, last) = shot.frames;
         let (width, height) = layers.size;
         let version = env!("CARGO_PKG_VERSION");
-        self.line(&format!(
-            "#! nuke -nx\n# Written by Afterlight {version}.\nversion 12.0 v1"
-        ));
+        self.line(&format!("#! nuke -nx\n# Written by Afterlight {version}.\nversion 12.0 v1"));
         let name = quoted(&format!("{}.nk", shot.name));
         let fps = shot.frame_rate();
         self.line(&format!(
@@ -107,9 +102,7 @@ impl Script {
         ));
         let names = layers.lamps.iter().map(|lamp| lamp.layer.as_str());
         for name in names.chain(layers.rest.as_ref().map(|_| "rest")) {
-            self.line(&format!(
-                "add_layer {{{name} {name}.red {name}.green {name}.blue}}"
-            ));
+            self.line(&format!("add_layer {{{name} {name}.red {name}.green {name}.blue}}"));
         }
     }
 
@@ -117,11 +110,7 @@ impl Script {
     fn turn(&mut self, shot: &Shot, light: &Light) {
         let yaws = light.frames.iter().map(|frame| frame.yaw_deg);
         let yaw = animated(shot.frames.0, yaws);
-        let yaw = if yaw.starts_with('{') {
-            format!("{{{yaw}}}")
-        } else {
-            yaw
-        };
+        let yaw = if yaw.starts_with('{') { format!("{{{yaw}}}") } else { yaw };
         let environment = quoted(&literal(&shot.environment));
         self.node(
             "NoOp",
@@ -134,10 +123,7 @@ impl Script {
                 ("environment", &environment),
                 ("addUserKnob", "{7 yaw l \"Yaw in degrees\" R -180 180}"),
                 ("yaw", &yaw),
-                (
-                    "addUserKnob",
-                    "{7 rotate_y l \"rotate y of a GeoDomeLight\" R -180 180}",
-                ),
+                ("addUserKnob", "{7 rotate_y l \"rotate y of a GeoDomeLight\" R -180 180}"),
                 ("rotate_y", "{{180-yaw}}"),
             ],
             (-2, Row::Read),
@@ -152,11 +138,7 @@ impl Script {
             0 | 1 => "%d".to_owned(),
             digits => format!("%0{digits}d"),
         });
-        let file = format!(
-            "{}{number}{}",
-            literal(&stills.before),
-            literal(&stills.after)
-        );
+        let file = format!("{}{number}{}", literal(&stills.before), literal(&stills.after));
         let (first, last) = (first.to_string(), last.to_string());
         self.node(
             "Read",
@@ -164,10 +146,7 @@ impl Script {
                 ("inputs", "0"),
                 ("file_type", "exr"),
                 ("file", &quoted(&file)),
-                (
-                    "format",
-                    &format!("\"{width} {height} 0 0 {width} {height} 1 \""),
-                ),
+                ("format", &format!("\"{width} {height} 0 0 {width} {height} 1 \"")),
                 ("first", &first),
                 ("last", &last),
                 ("origfirst", &first),
@@ -195,14 +174,7 @@ impl Script {
         }
         if let Some(rest) = &layers.rest {
             let column = self.columns;
-            self.layer(
-                shot,
-                layers,
-                rest.files.as_ref(),
-                "rest",
-                "background and effects",
-                column,
-            );
+            self.layer(shot, layers, rest.files.as_ref(), "rest", "background and effects", column);
             if has_sum {
                 self.add("WithRest", column, Row::Whole);
             }
@@ -223,11 +195,7 @@ impl Script {
         );
         self.line("set Rebuilt [stack 0]");
         if layers.alpha == ExrAlpha::Straight {
-            self.node(
-                "Premult",
-                &[("name", "Premultiplied")],
-                (column + 2, Row::Alpha),
-            );
+            self.node("Premult", &[("name", "Premultiplied")], (column + 2, Row::Alpha));
         }
         self.line("push $Layers\npush $Rebuilt");
         self.node(
@@ -291,14 +259,7 @@ impl Script {
     /// A lamp's layer times its weight and a gain.
     fn lamp(&mut self, shot: &Shot, layers: &Layers, lamp: &LampLayer) {
         let column = self.columns;
-        self.layer(
-            shot,
-            layers,
-            lamp.files.as_ref(),
-            &lamp.layer,
-            &lamp.lamp,
-            column,
-        );
+        self.layer(shot, layers, lamp.files.as_ref(), &lamp.layer, &lamp.lamp, column);
         let [r, g, b] = [0, 1, 2].map(|c| {
             let weights = lamp.weights.iter().map(move |weight| weight[c]);
             animated(shot.frames.0, weights)
@@ -307,10 +268,7 @@ impl Script {
             "Multiply",
             &[
                 ("channels", "rgb"),
-                (
-                    "value",
-                    "{{written.r*gain} {written.g*gain} {written.b*gain} 1}",
-                ),
+                ("value", "{{written.r*gain} {written.g*gain} {written.b*gain} 1}"),
                 ("name", &format!("Lamp_{}", lamp.layer)),
                 ("label", &quoted(&literal(&lamp.lamp))),
                 ("addUserKnob", "{20 Afterlight}"),

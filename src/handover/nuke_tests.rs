@@ -11,11 +11,7 @@ fn lit(to: &str) -> Shot {
         lamp: format!("olat \"{index}\" [x] {{"),
         direction,
         spread_deg: 5.0,
-        group: if direction.z < 0.0 {
-            Group::Rim
-        } else {
-            Group::Key
-        },
+        group: if direction.z < 0.0 { Group::Rim } else { Group::Key },
         weights,
         files: None,
     };
@@ -23,11 +19,7 @@ fn lit(to: &str) -> Shot {
     shot.layers = Some(Layers {
         lamps: vec![
             lamp(0, Vec3::Z, vec![[0.5; 3]; 5]),
-            lamp(
-                1,
-                Vec3::NEG_Z,
-                (0..5).map(|i| [0.25 * i as f32, 0.0, 1.0]).collect(),
-            ),
+            lamp(1, Vec3::NEG_Z, (0..5).map(|i| [0.25 * i as f32, 0.0, 1.0]).collect()),
         ],
         rest: Some(Rest { files: None }),
         place: LayerFiles::Channels,
@@ -44,10 +36,7 @@ fn a_lamps_weight_is_a_number_or_a_curve() {
     let curve = " written {{curve x10 0 x11 0.25 x12 0.5 x13 0.75 x14 1} 0 1}\n";
     assert!(text.contains(curve), "{text}");
     assert!(text.contains(" first 10\n last 14\n"), "{text}");
-    assert!(
-        text.contains("Premult {"),
-        "straight alpha is premultiplied behind the sum"
-    );
+    assert!(text.contains("Premult {"), "straight alpha is premultiplied behind the sum");
 }
 
 #[test]
@@ -73,9 +62,7 @@ fn names_cannot_break_the_script() {
 #[test]
 fn signs_that_nuke_takes_for_numbers_are_refused() {
     for to in ["shot#1.%04d.exr", "100%%.%04d.exr"] {
-        let error = check(&Media::of(to, "Nuke").unwrap())
-            .unwrap_err()
-            .to_string();
+        let error = check(&Media::of(to, "Nuke").unwrap()).unwrap_err().to_string();
         assert!(error.contains("frame's number"), "{error}");
     }
     check(&Media::of("my shot.%04d.exr", "Nuke").unwrap()).unwrap();

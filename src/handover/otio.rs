@@ -9,13 +9,7 @@ use std::path::Path;
 
 /// Where editors begin a timeline: at 01:00:00:00.
 pub fn record_start(time_code: TimeCode) -> TimeCode {
-    TimeCode {
-        hours: 1,
-        minutes: 0,
-        seconds: 0,
-        frame: 0,
-        ..time_code
-    }
+    TimeCode { hours: 1, minutes: 0, seconds: 0, frame: 0, ..time_code }
 }
 
 /// The timeline's JSON.
@@ -96,12 +90,7 @@ fn media(shot: &Shot, range: &Value) -> Value {
         "available_range": range,
     });
     match &shot.media {
-        Media::Stills(Stills {
-            folder,
-            before,
-            digits: Some(digits),
-            after,
-        }) => {
+        Media::Stills(Stills { folder, before, digits: Some(digits), after }) => {
             media["OTIO_SCHEMA"] = json!("ImageSequenceReference.1");
             media["target_url_base"] = json!(format!("{}/", url(folder).trim_end_matches('/')));
             media["name_prefix"] = json!(encoded(before.as_bytes()));
@@ -168,20 +157,14 @@ mod tests {
         let media = &clip["media_reference"];
         assert_eq!(media["target_url_base"], "file:///films/a%20b/");
         assert_eq!(media["name_prefix"], "%C3%A9.");
-        assert_eq!(
-            (&media["start_frame"], &media["frame_zero_padding"]),
-            (&json!(10), &json!(4))
-        );
+        assert_eq!((&media["start_frame"], &media["frame_zero_padding"]), (&json!(10), &json!(4)));
         assert_eq!(clip["metadata"]["cmx_3600"]["reel"], "A001_C002_1024XY");
     }
 
     #[test]
     fn a_movie_and_a_single_still_are_files() {
         for (to, url) in [
-            (
-                "/films/100% \"x\".mov",
-                "file:///films/100%25%20%22x%22.mov",
-            ),
+            ("/films/100% \"x\".mov", "file:///films/100%25%20%22x%22.mov"),
             ("/films/one.exr", "file:///films/one.exr"),
         ] {
             let media = &clip(to)["media_reference"];

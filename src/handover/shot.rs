@@ -67,12 +67,7 @@ impl Shot {
             layers: None,
             light: None,
         };
-        if settings
-            .hand_over
-            .iter()
-            .copied()
-            .any(HandOver::needs_layers)
-        {
+        if settings.hand_over.iter().copied().any(HandOver::needs_layers) {
             let Media::Stills(stills) = &shot.media else {
                 return Err(Error::bug(format!("{output} has no light layers")));
             };

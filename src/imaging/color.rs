@@ -42,11 +42,7 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
 /// Linear value of an sRGB-encoded one (IEC 61966-2-1), for encoded values in `[0, 1]`.
 pub fn linear_from_srgb(encoded: f32) -> f32 {
     let x = unit(encoded);
-    if x <= 0.040_45 {
-        x / 12.92
-    } else {
-        ((x + 0.055) / 1.055).powf(2.4)
-    }
+    if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Code of linear light for a reference monitor of ITU-R BT.1886 with a perfect black: a power of 2.4. Values outside

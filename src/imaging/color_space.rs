@@ -30,31 +30,18 @@ pub struct Primaries {
 }
 
 const D65: [f64; 2] = [0.3127, 0.3290];
-const BRADFORD: Matrix = [
-    [0.8951, 0.2664, -0.1614],
-    [-0.7502, 1.7135, 0.0367],
-    [0.0389, -0.0685, 1.0296],
-];
+const BRADFORD: Matrix =
+    [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
 impl ColorSpace {
     /// Where its corners and its white are.
     pub fn primaries(self) -> Primaries {
-        let of = |red, green, blue, white| Primaries {
-            red,
-            green,
-            blue,
-            white,
-        };
+        let of = |red, green, blue, white| Primaries { red, green, blue, white };
         match self {
             Self::Rec709 => of([0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65),
             Self::P3D65 => of([0.68, 0.32], [0.265, 0.69], [0.15, 0.06], D65),
             Self::Rec2020 => of([0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65),
-            Self::AcesCg => of(
-                [0.713, 0.293],
-                [0.165, 0.830],
-                [0.128, 0.044],
-                [0.32168, 0.33767],
-            ),
+            Self::AcesCg => of([0.713, 0.293], [0.165, 0.830], [0.128, 0.044], [0.32168, 0.33767]),
         }
     }
 
@@ -163,23 +150,14 @@ mod tests {
 
     #[test]
     fn white_stays_white_and_the_way_back_is_the_inverse() {
-        let all = [
-            ColorSpace::Rec709,
-            ColorSpace::P3D65,
-            ColorSpace::Rec2020,
-            ColorSpace::AcesCg,
-        ];
+        let all = [ColorSpace::Rec709, ColorSpace::P3D65, ColorSpace::Rec2020, ColorSpace::AcesCg];
         for from in all {
             for to in all {
                 let there = from.matrix_to(to);
                 let white = applied(there, [1.0; 3]);
                 assert!(white.iter().all(|v| (v - 1.0).abs() < 1e-12), "{white:?}");
                 let both = product(to.matrix_to(from), there);
-                near(
-                    both,
-                    ColorSpace::Rec709.matrix_to(ColorSpace::Rec709),
-                    1e-12,
-                );
+                near(both, ColorSpace::Rec709.matrix_to(ColorSpace::Rec709), 1e-12);
             }
         }
     }

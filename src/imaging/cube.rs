@@ -47,10 +47,7 @@ impl Cube {
     pub fn read(path: &Path) -> Result<Self> {
         let text = read_text(path, MOST_BYTES).map_err(|e| Error::io("read", path, e, REMEDY))?;
         Self::parse(&text).map_err(|problem| {
-            Error::invalid(
-                format!("{} is no look-up table: {problem}", path.display()),
-                REMEDY,
-            )
+            Error::invalid(format!("{} is no look-up table: {problem}", path.display()), REMEDY)
         })
     }
 
@@ -162,25 +159,13 @@ impl Header {
             ));
         }
         let of_cube = values.split_off(self.curve.unwrap_or(0));
-        let domain = [
-            self.domain[0].unwrap_or([0.0; 3]),
-            self.domain[1].unwrap_or([1.0; 3]),
-        ];
+        let domain = [self.domain[0].unwrap_or([0.0; 3]), self.domain[1].unwrap_or([1.0; 3])];
         // A domain is that of the first table; the second reads what the first wrote.
-        let behind_curve = if self.curve.is_some() {
-            [[0.0; 3], [1.0; 3]]
-        } else {
-            domain
-        };
+        let behind_curve = if self.curve.is_some() { [[0.0; 3], [1.0; 3]] } else { domain };
         let table = |size: Option<usize>, range: Option<[f32; 2]>, domain, values| {
             let [least, most]: [[f32; 3]; 2] = range.map_or(domain, |range| range.map(|v| [v; 3]));
             let is_range = (0..3).all(|c| least[c] < most[c] && (most[c] - least[c]).is_finite());
-            let table = |size| Table {
-                size,
-                least,
-                most,
-                values,
-            };
+            let table = |size| Table { size, least, most, values };
             if is_range {
                 Ok(size.map(table))
             } else {

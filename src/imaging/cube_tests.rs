@@ -35,14 +35,9 @@ fn curves(size: usize, before: &str) -> String {
 
 /// What a person's chart has: corners, greys, colours between, and values outside of the domain.
 fn chart() -> Vec<[f32; 3]> {
-    let steps = [
-        -0.5, 0.0, 0.001, 0.02, 0.18, 0.3333, 0.5, 0.77, 1.0, 1.7, 9.0,
-    ];
-    let all = steps
-        .iter()
-        .flat_map(|&r| steps.iter().map(move |&g| (r, g)));
-    all.flat_map(|(r, g)| steps.iter().map(move |&b| [r, g, b]))
-        .collect()
+    let steps = [-0.5, 0.0, 0.001, 0.02, 0.18, 0.3333, 0.5, 0.77, 1.0, 1.7, 9.0];
+    let all = steps.iter().flat_map(|&r| steps.iter().map(move |&g| (r, g)));
+    all.flat_map(|(r, g)| steps.iter().map(move |&b| [r, g, b])).collect()
 }
 
 #[test]
@@ -58,16 +53,10 @@ fn a_table_that_changes_nothing_changes_nothing() {
         for rgb in chart() {
             let wanted = rgb.map(|v| v.clamp(0.0, 1.0));
             let found = cube.apply(rgb);
-            assert!(
-                (0..3).all(|c| (found[c] - wanted[c]).abs() < 1e-6),
-                "{rgb:?}: {found:?}"
-            );
+            assert!((0..3).all(|c| (found[c] - wanted[c]).abs() < 1e-6), "{rgb:?}: {found:?}");
         }
         assert_eq!(cube.apply([f32::NAN; 3]), [0.0; 3]);
-        assert_eq!(
-            cube.apply([f32::INFINITY, f32::NEG_INFINITY, 0.0]),
-            [1.0, 0.0, 0.0]
-        );
+        assert_eq!(cube.apply([f32::INFINITY, f32::NEG_INFINITY, 0.0]), [1.0, 0.0, 0.0]);
     }
 }
 
@@ -80,10 +69,7 @@ fn a_domain_and_a_curve_before_a_cube_are_kept() {
     for i in 0..8 {
         text += &format!("{} {} {}\n", 1 - (i & 1), (i >> 1) & 1, i >> 2);
     }
-    assert_eq!(
-        Cube::parse(&text).unwrap().apply([1.0, 2.0, 4.0]),
-        [0.75, 0.5, 1.0]
-    );
+    assert_eq!(Cube::parse(&text).unwrap().apply([1.0, 2.0, 4.0]), [0.75, 0.5, 1.0]);
 }
 
 #[test]
@@ -99,10 +85,7 @@ fn what_is_no_table_is_refused_with_its_line() {
         ("LUT_1D_SIZE 2\nnan 0 0\n0 0 0\n", "not finite"),
         ("LUT_1D_SIZE 2\n0 0 0\n0 0 0 0\n", "line 3"),
         ("LUT_1D_SIZE 2\n0 0 0\nTITLE late\n1 1 1\n", "behind values"),
-        (
-            "LUT_1D_SIZE 2\nDOMAIN_MIN 1 1 1\n0 0 0\n1 1 1\n",
-            "inputs go from",
-        ),
+        ("LUT_1D_SIZE 2\nDOMAIN_MIN 1 1 1\n0 0 0\n1 1 1\n", "inputs go from"),
         (
             "LUT_1D_SIZE 2\nDOMAIN_MIN -3e38 0 0\nDOMAIN_MAX 3e38 1 1\n0 0 0\n1 1 1\n",
             "inputs go from",
@@ -118,10 +101,7 @@ fn what_is_no_table_is_refused_with_its_line() {
     std::fs::write(&path, [0xff, 0xfe, 0, 1]).unwrap();
     let said = Cube::read(&path).unwrap_err().to_string();
     assert!(said.contains("look.cube"), "{said}");
-    std::fs::File::create(&path)
-        .unwrap()
-        .set_len(1 << 40)
-        .unwrap();
+    std::fs::File::create(&path).unwrap().set_len(1 << 40).unwrap();
     let said = Cube::read(&path).unwrap_err().to_string();
     assert!(said.contains("look.cube"), "{said}");
     test_support::shown!(Strangers, "A .cube table whose size lies, with NaN, with text, or of a terabyte",
@@ -152,11 +132,7 @@ proptest! {
 /// What OpenColorIO makes of the chart: `arguments` of `tests/peers/ocio.py` behind its files.
 fn theirs(python: &Path, folder: &Path, arguments: &[&str]) -> Vec<[f32; 3]> {
     let (from, to) = (folder.join("in.f32"), folder.join("out.f32"));
-    let bytes: Vec<u8> = chart()
-        .iter()
-        .flatten()
-        .flat_map(|v| v.to_le_bytes())
-        .collect();
+    let bytes: Vec<u8> = chart().iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
     std::fs::write(&from, bytes).unwrap();
     let mut peer = Command::new(python);
     peer.arg(test_support::repository("tests/peers/ocio.py"));
@@ -188,24 +164,14 @@ fn tables_and_spaces_are_those_of_opencolorio() {
     for (name, text) in [
         ("cube of 5", bent(5, "")),
         ("cube of 33", bent(33, "")),
-        (
-            "cube with a domain",
-            bent(9, "DOMAIN_MIN -0.25 0 0.1\nDOMAIN_MAX 2 1.5 0.9"),
-        ),
+        ("cube with a domain", bent(9, "DOMAIN_MIN -0.25 0 0.1\nDOMAIN_MAX 2 1.5 0.9")),
         ("curves", curves(19, "")),
-        (
-            "curves with a domain",
-            curves(19, "DOMAIN_MIN -0.25 0 0.1\nDOMAIN_MAX 2 1.5 0.9"),
-        ),
+        ("curves with a domain", curves(19, "DOMAIN_MIN -0.25 0 0.1\nDOMAIN_MAX 2 1.5 0.9")),
     ] {
         std::fs::write(&path, &text).unwrap();
         let cube = Cube::read(&path).unwrap();
         let theirs = theirs(&python, folder.path(), &["table", path.to_str().unwrap()]);
-        compare(
-            chart().into_iter().map(|rgb| cube.apply(rgb)),
-            &theirs,
-            name,
-        );
+        compare(chart().into_iter().map(|rgb| cube.apply(rgb)), &theirs, name);
     }
     for (space, name) in [
         (ColorSpace::AcesCg, "ACEScg"),
@@ -214,11 +180,7 @@ fn tables_and_spaces_are_those_of_opencolorio() {
     ] {
         let theirs = theirs(&python, folder.path(), &["space", name]);
         let matrix = ColorSpace::Rec709.matrix_to(space);
-        compare(
-            chart().into_iter().map(|rgb| transformed(&matrix, rgb)),
-            &theirs,
-            name,
-        );
+        compare(chart().into_iter().map(|rgb| transformed(&matrix, rgb)), &theirs, name);
     }
     // Codes exist within 0 and 1 alone.
     let within = |rgb: &[f32; 3]| rgb.iter().all(|v| (0.0..=1.0).contains(v));
@@ -227,10 +189,7 @@ fn tables_and_spaces_are_those_of_opencolorio() {
         (bt1886_from_linear, "Gamma 2.4 Rec.709 - Texture"),
     ] {
         let theirs = theirs(&python, folder.path(), &["space", name]);
-        let pairs = chart()
-            .into_iter()
-            .zip(theirs)
-            .filter(|(rgb, _)| within(rgb));
+        let pairs = chart().into_iter().zip(theirs).filter(|(rgb, _)| within(rgb));
         let (chart, theirs): (Vec<_>, Vec<_>) = pairs.unzip();
         compare(chart.into_iter().map(|rgb| rgb.map(code)), &theirs, name);
     }

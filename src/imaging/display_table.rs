@@ -41,22 +41,13 @@ impl DisplayTable {
         encode(&mut values);
         let [least, most] = CODES;
         for value in values.iter_mut().flatten() {
-            *value = if value.is_nan() {
-                0.0
-            } else {
-                value.clamp(least, most)
-            };
+            *value = if value.is_nan() { 0.0 } else { value.clamp(least, most) };
         }
         let mut hasher = DefaultHasher::new();
         (values.iter().flatten()).for_each(|value| value.to_bits().hash(&mut hasher));
         Self {
             name,
-            table: Table {
-                size: SIZE,
-                least: [0.0; 3],
-                most: [1.0; 3],
-                values,
-            },
+            table: Table { size: SIZE, least: [0.0; 3], most: [1.0; 3], values },
             identity: hasher.finish(),
         }
     }
@@ -74,11 +65,7 @@ impl DisplayTable {
 
     /// All entries, red fastest, as a picture of 65² columns and 65 rows.
     pub fn entries(&self) -> Image {
-        Image {
-            width: SIZE * SIZE,
-            height: SIZE,
-            pixels: self.table.values.clone(),
-        }
+        Image { width: SIZE * SIZE, height: SIZE, pixels: self.table.values.clone() }
     }
 }
 
@@ -114,10 +101,7 @@ mod tests {
     fn a_table_is_within_half_a_code_of_the_curve_that_it_was_made_of() {
         let table = srgb("sRGB");
         assert_eq!(table.at([0.0; 3]), [0.0; 3]);
-        assert_eq!(
-            table.at([1.0; 3]).map(|code| (1e6 * code).round()),
-            [1e6; 3]
-        );
+        assert_eq!(table.at([1.0; 3]).map(|code| (1e6 * code).round()), [1e6; 3]);
         let mut worst = 0f32;
         for i in 0..4000 {
             let light = (i as f32 / 200.0 - 14.0).exp2();
@@ -137,10 +121,7 @@ mod tests {
         });
         // Entries are met exactly.
         let light = [1.0, 0.0, 0.0];
-        assert_eq!(
-            table.at(light).map(|code| (1e5 * code).round()),
-            [0.0, 1e5, 0.0]
-        );
+        assert_eq!(table.at(light).map(|code| (1e5 * code).round()), [0.0, 1e5, 0.0]);
         let [_, green, blue] = table.at([0.5, 0.25, 0.125]);
         assert!((green - 0.5).abs() < 4e-3 && (blue - 0.25).abs() < 4e-3);
         assert_eq!(table.entries().size(), (SIZE * SIZE, SIZE));

@@ -73,11 +73,7 @@ impl DualGamma {
                 high = x
             }
             let newton = x - (value - y) / slope;
-            let next = if newton >= low && newton <= high {
-                newton
-            } else {
-                0.5 * (low + high)
-            };
+            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
             if (next - x).abs() <= 1e-9 * next {
                 return next as f32;
             }
@@ -108,18 +104,10 @@ impl DualGamma {
         let codes = (0..CODES).map(|i| (i as f32 + 0.5) / CODES as f32);
         let levels: Vec<(f32, f32)> = codes.map(|x| (x, decode(x))).collect();
         let distance = |curve: &Self| {
-            let off = levels
-                .iter()
-                .map(|&(x, y)| (curve.encode_value(y) - x).powi(2));
+            let off = levels.iter().map(|&(x, y)| (curve.encode_value(y) - x).powi(2));
             (off.sum::<f32>() / CODES as f32).sqrt()
         };
-        let mut best = (
-            Self {
-                gamma1: 2.2,
-                gamma2: 2.2,
-            },
-            f32::INFINITY,
-        );
+        let mut best = (Self { gamma1: 2.2, gamma2: 2.2 }, f32::INFINITY);
         // Around the best of each round, the next one looks with a third of the step.
         for round in 0..8 {
             let (centre, step) = (best.0, 0.6 / 3f32.powi(round));
@@ -146,10 +134,7 @@ impl DualGamma {
         let (g1, g2) = (f64::from(self.gamma1), f64::from(self.gamma2));
         // I^(γ−1) is finite at 0 because γ ≥ 1, so no division by I is needed.
         let (a, b) = (x.powf(g1 - 1.0), x.powf(g2));
-        (
-            (1.0 - x) * a * x + x * b,
-            g1 * a - (g1 + 1.0) * a * x + (g2 + 1.0) * b,
-        )
+        ((1.0 - x) * a * x + x * b, g1 * a - (g1 + 1.0) * a * x + (g2 + 1.0) * b)
     }
 }
 
@@ -159,11 +144,7 @@ pub(super) fn decode_with(picture: &Encoded, decode: impl Fn(f32) -> f32 + Sync)
     let table = codes.map(&decode);
     map_values(&picture.0, |value| {
         let code = (value * 255.0 + 0.5) as usize & 255;
-        if codes[code] == value {
-            table[code]
-        } else {
-            decode(value)
-        }
+        if codes[code] == value { table[code] } else { decode(value) }
     })
 }
 
@@ -172,17 +153,9 @@ pub(super) fn map_values(
     picture: &Raster<[f32; 3]>,
     value: impl Fn(f32) -> f32 + Sync,
 ) -> Raster<[f32; 3]> {
-    let pixels = picture
-        .pixels
-        .par_iter()
-        .with_min_len(4096)
-        .map(|pixel| pixel.map(&value))
-        .collect();
-    Raster {
-        width: picture.width,
-        height: picture.height,
-        pixels,
-    }
+    let pixels =
+        picture.pixels.par_iter().with_min_len(4096).map(|pixel| pixel.map(&value)).collect();
+    Raster { width: picture.width, height: picture.height, pixels }
 }
 
 #[cfg(test)]
@@ -229,14 +202,8 @@ mod tests {
     #[test]
     fn the_slope_is_finite_at_both_ends() {
         for (g1, g2) in [(1.0, 1.0), (1.0, 4.0), (4.0, 1.0), (2.6, 2.1)] {
-            let curve = DualGamma {
-                gamma1: g1,
-                gamma2: g2,
-            };
-            assert_eq!(
-                curve.value_and_slope(0.0).1,
-                if g1 == 1.0 { 1.0 } else { 0.0 }
-            );
+            let curve = DualGamma { gamma1: g1, gamma2: g2 };
+            assert_eq!(curve.value_and_slope(0.0).1, if g1 == 1.0 { 1.0 } else { 0.0 });
             assert!((curve.value_and_slope(1.0).1 - f64::from(g2)).abs() < 1e-12);
         }
     }
@@ -259,33 +226,18 @@ mod tests {
 
     #[test]
     fn impossible_exponents_are_refused() {
-        for (g1, g2) in [
-            (f32::NAN, 2.0),
-            (2.0, f32::INFINITY),
-            (0.9, 2.0),
-            (2.0, 4.1),
-            (-2.0, 2.0),
-        ] {
+        for (g1, g2) in [(f32::NAN, 2.0), (2.0, f32::INFINITY), (0.9, 2.0), (2.0, 4.1), (-2.0, 2.0)]
+        {
             assert!(DualGamma::new(g1, g2).is_err(), "({g1}, {g2})");
         }
-        assert!(
-            !DualGamma {
-                gamma1: 1.0,
-                gamma2: 20.0
-            }
-            .is_monotone()
-        );
+        assert!(!DualGamma { gamma1: 1.0, gamma2: 20.0 }.is_monotone());
     }
 
     #[test]
     fn a_picture_is_decoded_like_its_values() {
         let curve = DualGamma::new(2.3, 1.9).unwrap();
         let picture = Encoded(Raster::from_fn(300, 4, |x, y| {
-            [
-                x as f32 / 255.0,
-                (x * y) as f32 / 1017.0,
-                if x == 7 { f32::NAN } else { -(y as f32) },
-            ]
+            [x as f32 / 255.0, (x * y) as f32 / 1017.0, if x == 7 { f32::NAN } else { -(y as f32) }]
         }));
         let light = curve.decode(&picture);
         for (pixel, code) in light.pixels.iter().zip(&picture.0.pixels) {

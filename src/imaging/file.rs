@@ -29,9 +29,7 @@ fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>> {
     if let Ok(format) = image::ImageFormat::from_path(path) {
         reader.set_format(format);
     }
-    reader
-        .with_guessed_format()
-        .map_err(|e| Error::io("read", path, e, REMEDY))
+    reader.with_guessed_format().map_err(|e| Error::io("read", path, e, REMEDY))
 }
 
 /// Refuses an OpenEXR file whose blocks (lines or tiles that are decoded at once) would take more than
@@ -88,26 +86,15 @@ fn decode(path: &Path) -> Result<image::DynamicImage> {
     let picture =
         decode_within_limits(reader(path)?).map_err(|e| Error::codec("decode", path, e, remedy))?;
     if picture.width() == 0 || picture.height() == 0 {
-        return Err(Error::invalid(
-            format!("{} has no pixels", path.display()),
-            remedy,
-        ));
+        return Err(Error::invalid(format!("{} has no pixels", path.display()), remedy));
     }
     Ok(picture)
 }
 
 fn raster_from_rgb(rgb: image::Rgb32FImage) -> Raster<[f32; 3]> {
     let (width, height) = (rgb.width() as usize, rgb.height() as usize);
-    let pixels = rgb
-        .into_raw()
-        .chunks_exact(3)
-        .map(|c| [c[0], c[1], c[2]])
-        .collect();
-    Raster {
-        width,
-        height,
-        pixels,
-    }
+    let pixels = rgb.into_raw().chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+    Raster { width, height, pixels }
 }
 
 /// Reads an integer picture (8 or 16 bits) as encoded values in `[0, 1]`; alpha is dropped.
@@ -146,10 +133,7 @@ pub fn read_codes(path: &Path) -> Result<Codes> {
     let picture = decode(path)?;
     let size = (picture.width() as usize, picture.height() as usize);
     let has_alpha = picture.color().has_alpha();
-    let is_light = matches!(
-        picture.color(),
-        image::ColorType::Rgb32F | image::ColorType::Rgba32F
-    );
+    let is_light = matches!(picture.color(), image::ColorType::Rgb32F | image::ColorType::Rgba32F);
     let code = |v: f32| (65535.0 * v.clamp(0.0, 1.0)).round() as u16;
     let codes = match (is_light, has_alpha) {
         (false, false) => picture.into_rgb16().into_raw(),
@@ -161,16 +145,10 @@ pub fn read_codes(path: &Path) -> Result<Codes> {
                 let [r, g, b] = [r, g, b].map(|v| code(super::color::srgb_from_linear(v)));
                 ([r, g, b, code(a)], 3 + usize::from(has_alpha))
             });
-            encoded
-                .flat_map(|(all, some)| all.into_iter().take(some))
-                .collect()
+            encoded.flat_map(|(all, some)| all.into_iter().take(some)).collect()
         }
     };
-    Ok(Codes {
-        size,
-        has_alpha,
-        codes,
-    })
+    Ok(Codes { size, has_alpha, codes })
 }
 
 /// Reads an EXR or Radiance HDR picture as scene-linear RGB. Texels are passed on unchanged, NaN and infinities
@@ -185,11 +163,7 @@ pub fn read_mask(path: &Path) -> Result<Mask> {
     Ok(Mask {
         width: grey.width() as usize,
         height: grey.height() as usize,
-        pixels: grey
-            .into_raw()
-            .into_iter()
-            .map(|v| f32::from(v) / 65535.0)
-            .collect(),
+        pixels: grey.into_raw().into_iter().map(|v| f32::from(v) / 65535.0).collect(),
     })
 }
 
@@ -205,9 +179,8 @@ pub fn read_alpha(path: &Path) -> Result<Mask> {
 
 /// Width and height without decoding the pixels.
 pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
-    let (w, h) = reader(path)?
-        .into_dimensions()
-        .map_err(|e| Error::codec("read", path, e, REMEDY))?;
+    let (w, h) =
+        reader(path)?.into_dimensions().map_err(|e| Error::codec("read", path, e, REMEDY))?;
     Ok((w as usize, h as usize))
 }
 
@@ -225,12 +198,7 @@ pub fn png_bytes(picture: &Encoded) -> Result<Vec<u8>> {
     let (width, height) = picture.0.size();
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes)
-        .write_image(
-            &rgb_bytes(picture),
-            width as u32,
-            height as u32,
-            ExtendedColorType::Rgb8,
-        )
+        .write_image(&rgb_bytes(picture), width as u32, height as u32, ExtendedColorType::Rgb8)
         .map_err(|e| {
             Error::invalid(
                 format!("a picture of {width} × {height} pixels cannot be a PNG: {e}"),
@@ -248,12 +216,7 @@ pub fn jpeg_bytes(picture: &Encoded, quality: u8) -> Result<Vec<u8>> {
     let (width, height) = picture.0.size();
     let mut bytes = Vec::new();
     JpegEncoder::new_with_quality(&mut bytes, quality.clamp(1, 100))
-        .write_image(
-            &rgb_bytes(picture),
-            width as u32,
-            height as u32,
-            ExtendedColorType::Rgb8,
-        )
+        .write_image(&rgb_bytes(picture), width as u32, height as u32, ExtendedColorType::Rgb8)
         .map_err(|e| {
             Error::invalid(
                 format!("a picture of {width} × {height} pixels cannot be a JPEG: {e}"),
@@ -298,12 +261,7 @@ pub fn write_exr(path: &Path, picture: &Image) -> Result<()> {
     });
     // Scan lines in order: the same picture gives the same bytes.
     let encoding = Encoding::SMALL_LOSSLESS;
-    let layer = Layer::new(
-        picture.size(),
-        LayerAttributes::default(),
-        encoding,
-        channels,
-    );
+    let layer = Layer::new(picture.size(), LayerAttributes::default(), encoding, channels);
     let mut bytes = Vec::new();
     exr::prelude::Image::from_layer(layer)
         .write()
@@ -332,14 +290,9 @@ mod tests {
         let linear = Raster::from_fn(5, 3, |x, y| [x as f32 * 0.25, y as f32 * 4.0, 70_000.0]);
         let path = folder.path().join("new/linear.exr");
         write_exr(&path, &linear).unwrap();
-        assert_eq!(
-            read_linear(&path).unwrap(),
-            linear.map(|[r, g, _]| [r, g, 65504.0])
-        );
+        assert_eq!(read_linear(&path).unwrap(), linear.map(|[r, g, _]| [r, g, 65504.0]));
 
-        let encoded = Encoded(Raster::from_fn(4, 2, |x, y| {
-            [x as f32 / 3.0, y as f32, 0.2]
-        }));
+        let encoded = Encoded(Raster::from_fn(4, 2, |x, y| [x as f32 / 3.0, y as f32, 0.2]));
         let path = folder.path().join("encoded.png");
         write_png(&path, &encoded).unwrap();
         assert_eq!(dimensions(&path).unwrap(), (4, 2));
@@ -352,12 +305,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("broken.png");
         std::fs::write(&path, b"not a picture").unwrap();
-        assert!(
-            read_encoded(&path)
-                .unwrap_err()
-                .to_string()
-                .contains("broken.png")
-        );
+        assert!(read_encoded(&path).unwrap_err().to_string().contains("broken.png"));
     }
 
     #[test]
@@ -367,10 +315,7 @@ mod tests {
         let header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n";
         std::fs::write(&path, header).unwrap();
         let said = read_linear(&path).unwrap_err().to_string();
-        assert!(
-            said.contains("claims.hdr") && said.contains("60000 × 60000"),
-            "{said}"
-        );
+        assert!(said.contains("claims.hdr") && said.contains("60000 × 60000"), "{said}");
     }
 
     #[cfg(unix)]
@@ -379,10 +324,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("picture.png");
         std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
-        for said in [
-            read_encoded(&path).unwrap_err(),
-            dimensions(&path).unwrap_err(),
-        ] {
+        for said in [read_encoded(&path).unwrap_err(), dimensions(&path).unwrap_err()] {
             assert!(said.to_string().contains("device"), "{said}");
         }
     }

@@ -25,11 +25,7 @@ pub struct Encoded(pub Raster<[f32; 3]>);
 impl<T: Copy> Raster<T> {
     /// A raster of one value.
     pub fn filled(width: usize, height: usize, value: T) -> Self {
-        Self {
-            width,
-            height,
-            pixels: vec![value; width * height],
-        }
+        Self { width, height, pixels: vec![value; width * height] }
     }
 
     /// A raster from a function of column and row.
@@ -40,11 +36,7 @@ impl<T: Copy> Raster<T> {
                 pixels.push(pixel(x, y));
             }
         }
-        Self {
-            width,
-            height,
-            pixels,
-        }
+        Self { width, height, pixels }
     }
 
     /// The pixel in column `x` and row `y`.

@@ -75,11 +75,7 @@ pub fn resize<T: Blend>(source: &Raster<T>, width: usize, height: usize) -> Rast
         return source.clone();
     }
     let along = |source: usize, target: usize| {
-        if target < source {
-            coverage(source, target)
-        } else {
-            interpolation(source, target)
-        }
+        if target < source { coverage(source, target) } else { interpolation(source, target) }
     };
     let columns = along(source.width, width);
     let rows = along(source.height, height);
@@ -105,17 +101,11 @@ fn resampled<T: Blend>(
             (0..width).map(move |x| blend(&rows[y], |sy| narrow[sy * width + x]))
         })
         .collect();
-    Raster {
-        width,
-        height,
-        pixels,
-    }
+    Raster { width, height, pixels }
 }
 
 fn blend<T: Blend>(shares: &[(usize, f32)], pixel: impl Fn(usize) -> T) -> T {
-    shares
-        .iter()
-        .fold(T::ZERO, |sum, &(i, share)| sum.add_scaled(pixel(i), share))
+    shares.iter().fold(T::ZERO, |sum, &(i, share)| sum.add_scaled(pixel(i), share))
 }
 
 #[cfg(test)]

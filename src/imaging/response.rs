@@ -42,12 +42,10 @@ impl Response {
 
     /// The standard curve of this name, in any spacing and case.
     pub fn standard(name: &str) -> Option<Self> {
-        [Self::Srgb, Self::Rec709, Self::Linear]
-            .into_iter()
-            .find(|curve| {
-                let own = curve.name().replace([' ', '.'], "");
-                own.eq_ignore_ascii_case(name.trim())
-            })
+        [Self::Srgb, Self::Rec709, Self::Linear].into_iter().find(|curve| {
+            let own = curve.name().replace([' ', '.'], "");
+            own.eq_ignore_ascii_case(name.trim())
+        })
     }
 
     /// The log curve of a K.
@@ -209,9 +207,8 @@ enum Standard {
 
 impl From<Response> for Stored {
     fn from(response: Response) -> Self {
-        let [gamma1, gamma2] = response
-            .exponents()
-            .map_or([None; 2], |exponents| exponents.map(Some));
+        let [gamma1, gamma2] =
+            response.exponents().map_or([None; 2], |exponents| exponents.map(Some));
         let curve = match response {
             Response::Dual(_) => None,
             Response::Power(_) => Some(Standard::Power),
@@ -224,12 +221,7 @@ impl From<Response> for Stored {
             Response::Log(k) => Some(k),
             _ => None,
         };
-        Self {
-            curve,
-            gamma1,
-            gamma2,
-            log_k,
-        }
+        Self { curve, gamma1, gamma2, log_k }
     }
 }
 
@@ -237,12 +229,8 @@ impl TryFrom<Stored> for Response {
     type Error = Error;
 
     fn try_from(stored: Stored) -> Result<Self, Error> {
-        let dual = || {
-            DualGamma::new(
-                stored.gamma1.unwrap_or(f32::NAN),
-                stored.gamma2.unwrap_or(f32::NAN),
-            )
-        };
+        let dual =
+            || DualGamma::new(stored.gamma1.unwrap_or(f32::NAN), stored.gamma2.unwrap_or(f32::NAN));
         Ok(match stored.curve {
             None => Self::Dual(dual()?),
             Some(Standard::Power) => Self::Power(dual()?.gamma1),
@@ -335,14 +323,8 @@ mod tests {
 
     fn all() -> [Response; 8] {
         [
-            Response::Dual(DualGamma {
-                gamma1: 1.0,
-                gamma2: 4.0,
-            }),
-            Response::Dual(DualGamma {
-                gamma1: 4.0,
-                gamma2: 1.0,
-            }),
+            Response::Dual(DualGamma { gamma1: 1.0, gamma2: 4.0 }),
+            Response::Dual(DualGamma { gamma1: 4.0, gamma2: 1.0 }),
             Response::Power(1.0),
             Response::Power(4.0),
             Response::Srgb,
@@ -389,10 +371,7 @@ mod tests {
             other: f32,
         }
         for response in all() {
-            let file = File {
-                response,
-                other: 1.0,
-            };
+            let file = File { response, other: 1.0 };
             let text = toml::to_string(&file).unwrap();
             assert_eq!(toml::from_str::<File>(&text).unwrap(), file, "{text}");
         }
@@ -413,9 +392,7 @@ mod tests {
         for text in ["log,30", " Log, 30 "] {
             assert_eq!(text.parse(), Ok(Response::Log(30.0)));
         }
-        for text in [
-            "", "log", "log,", "log,0", "log,nan", "log,3000", "log,30,2", "9,9",
-        ] {
+        for text in ["", "log", "log,", "log,0", "log,nan", "log,3000", "log,30,2", "9,9"] {
             assert!(text.parse::<Response>().is_err(), "{text}");
         }
         // ln(1 + 30·0.18)/ln 31 = 0.5406.
@@ -447,10 +424,7 @@ mod tests {
 
     #[test]
     fn the_nearest_dual_gamma_is_the_curve_itself_or_close_to_it() {
-        let own = DualGamma {
-            gamma1: 1.4,
-            gamma2: 3.0,
-        };
+        let own = DualGamma { gamma1: 1.4, gamma2: 3.0 };
         assert_eq!(Response::Dual(own).nearest_dual_gamma(), (own, 0.0));
         let power = Response::Power(2.4).nearest_dual_gamma();
         assert!((power.0.gamma1 - 2.4).abs() < 1e-2 && (power.0.gamma2 - 2.4).abs() < 1e-2);

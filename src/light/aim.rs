@@ -81,10 +81,7 @@ impl LampResponses {
                 lamps.push(LampResponse::of((i, lamp), matte, &olat));
             }
         }
-        Ok(Self {
-            matte: matte.clone(),
-            lamps,
-        })
+        Ok(Self { matte: matte.clone(), lamps })
     }
 
     /// The unit direction from the subject towards a light that is brightest in column `x` and row `y`.
@@ -127,11 +124,7 @@ impl LampResponses {
         }
         let near = self.neighbourhood([x, y]);
         let here: Vec<f32> = (self.lamps.iter())
-            .map(|lamp| {
-                near.iter()
-                    .map(|&(i, share)| share * lamp.light.pixels[i])
-                    .sum()
-            })
+            .map(|lamp| near.iter().map(|&(i, share)| share * lamp.light.pixels[i]).sum())
             .collect();
         let brightest = here.iter().copied().fold(0.0, f32::max);
         let peak = self.lamps.iter().map(|lamp| lamp.peak).fold(0.0, f32::max);
@@ -143,11 +136,7 @@ impl LampResponses {
             return Err(NoAim::Alike);
         }
         Ok(self.lamps.iter().zip(here).map(move |(lamp, here)| {
-            let share = if lamp.peak > here {
-                here / lamp.peak
-            } else {
-                1.0
-            };
+            let share = if lamp.peak > here { here / lamp.peak } else { 1.0 };
             here / brightest * share
         }))
     }
@@ -187,32 +176,17 @@ impl LampResponse {
     fn of((index, lamp): (usize, &Lamp), matte: &Mask, olat: &Image) -> Self {
         let light = olat.map(|pixel| {
             let light = luminance(std::array::from_fn(|c| pixel[c] / lamp.energy[c]));
-            if light.is_finite() {
-                light.max(0.0)
-            } else {
-                0.0
-            }
+            if light.is_finite() { light.max(0.0) } else { 0.0 }
         });
         let covered = light.pixels.iter().zip(&matte.pixels);
-        let mut covered: Vec<f32> = covered
-            .filter(|(_, matte)| **matte >= LEAST_MATTE)
-            .map(|(light, _)| *light)
-            .collect();
+        let mut covered: Vec<f32> =
+            covered.filter(|(_, matte)| **matte >= LEAST_MATTE).map(|(light, _)| *light).collect();
         let rank = covered.len() / BRIGHTEST;
         let peak = match covered.is_empty() {
             true => 0.0,
-            false => {
-                *covered
-                    .select_nth_unstable_by(rank, |a, b| b.total_cmp(a))
-                    .1
-            }
+            false => *covered.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1,
         };
-        Self {
-            index,
-            direction: lamp.direction.normalize(),
-            light,
-            peak,
-        }
+        Self { index, direction: lamp.direction.normalize(), light, peak }
     }
 }
 
@@ -275,9 +249,7 @@ mod tests {
                 clipped: 0.0,
             }
         };
-        Rig {
-            lamps: (0..lamps).map(lamp).collect(),
-        }
+        Rig { lamps: (0..lamps).map(lamp).collect() }
     }
 
     /// The sphere's normal; the camera looks along −z.
@@ -293,9 +265,7 @@ mod tests {
     }
 
     fn matte() -> Mask {
-        Raster::from_fn(SIDE, SIDE, |x, y| {
-            f32::from(u8::from(normal(x, y).is_some()))
-        })
+        Raster::from_fn(SIDE, SIDE, |x, y| f32::from(u8::from(normal(x, y).is_some())))
     }
 
     /// The sphere under a lamp: Lambert's law and Phong's highlight.
@@ -328,24 +298,12 @@ mod tests {
         a.dot(b).clamp(-1.0, 1.0).acos().to_degrees()
     }
 
-    const CLAY: Surface = Surface {
-        matt: 1.0,
-        gloss: 0.0,
-        sharpness: 1,
-    };
+    const CLAY: Surface = Surface { matt: 1.0, gloss: 0.0, sharpness: 1 };
 
     #[test]
     fn the_light_comes_from_between_the_normal_and_the_mirror_direction_all_over_a_sphere() {
-        let skin = Surface {
-            matt: 1.0,
-            gloss: 0.5,
-            sharpness: 20,
-        };
-        let wet = Surface {
-            matt: 1.0,
-            gloss: 3.0,
-            sharpness: 60,
-        };
+        let skin = Surface { matt: 1.0, gloss: 0.5, sharpness: 20 };
+        let wet = Surface { matt: 1.0, gloss: 3.0, sharpness: 60 };
         for lamps in [24, 41, 96] {
             let rig = rig(lamps);
             for surface in [CLAY, skin, wet] {
@@ -357,18 +315,11 @@ mod tests {
                     };
                     let to = responses.aim([x, y]).unwrap();
                     // A matt sphere has no mirror direction.
-                    let mirror = if surface.gloss > 0.0 {
-                        mirrored(normal)
-                    } else {
-                        normal
-                    };
+                    let mirror = if surface.gloss > 0.0 { mirrored(normal) } else { normal };
                     let between = (0..=20).map(|i| normal.lerp(mirror, i as f32 / 20.0));
                     let off = between.map(|d| off_deg(to, d.normalize()));
                     let off = off.fold(180.0, f32::min);
-                    assert!(
-                        off <= spacing_deg(&rig),
-                        "{off}° at {x}, {y} of {lamps} lamps"
-                    );
+                    assert!(off <= spacing_deg(&rig), "{off}° at {x}, {y} of {lamps} lamps");
                 }
             }
         }
@@ -378,9 +329,7 @@ mod tests {
     fn the_light_follows_the_point_without_jumps() {
         let rig = rig(41);
         let responses = responses(&rig, |lamp| olat(CLAY, lamp));
-        let row: Vec<Vec3> = (4..SIDE - 4)
-            .map(|x| responses.aim([x, SIDE / 2]).unwrap())
-            .collect();
+        let row: Vec<Vec3> = (4..SIDE - 4).map(|x| responses.aim([x, SIDE / 2]).unwrap()).collect();
         assert!(row[0].x < -0.6 && row[row.len() - 1].x > 0.6);
         for pair in row.windows(2) {
             let step = off_deg(pair[0], pair[1]);
@@ -416,15 +365,9 @@ mod tests {
         assert_eq!(sized.aim(middle), Err(NoAim::FewLamps));
         let clay = |lamp: &Lamp| olat(CLAY, lamp);
         assert_eq!(responses(&rig(1), clay).aim(middle), Err(NoAim::FewLamps));
-        assert_eq!(
-            responses(&Rig::default(), clay).aim(middle),
-            Err(NoAim::FewLamps)
-        );
+        assert_eq!(responses(&Rig::default(), clay).aim(middle), Err(NoAim::FewLamps));
         let mut unseen = rig(41);
-        unseen
-            .lamps
-            .iter_mut()
-            .for_each(|lamp| lamp.confidence = 0.0);
+        unseen.lamps.iter_mut().for_each(|lamp| lamp.confidence = 0.0);
         assert_eq!(responses(&unseen, clay).aim(middle), Err(NoAim::FewLamps));
         let clay = responses(&all, clay);
         assert_eq!(clay.aim([0, 0]), Err(NoAim::Outside));

@@ -45,11 +45,7 @@ impl Area {
     /// lamp is usable.
     pub fn lamp(&self, rig: &Rig, turn: Quat) -> Option<(usize, f32)> {
         let direction = turn * self.direction;
-        let usable = rig
-            .lamps
-            .iter()
-            .enumerate()
-            .filter(|(_, lamp)| lamp.is_usable());
+        let usable = rig.lamps.iter().enumerate().filter(|(_, lamp)| lamp.is_usable());
         usable
             .map(|(i, lamp)| (i, direction.angle_between(lamp.direction).to_degrees()))
             .min_by(|a, b| a.1.total_cmp(&b.1))
@@ -142,9 +138,7 @@ fn peaks(levels: &[f32], width: usize) -> Vec<usize> {
             }
         }
     }
-    (0..levels.len())
-        .map(|texel| root(&mut parent, texel))
-        .collect()
+    (0..levels.len()).map(|texel| root(&mut parent, texel)).collect()
 }
 
 fn root(parent: &mut [usize], mut texel: usize) -> usize {
@@ -159,16 +153,13 @@ fn root(parent: &mut [usize], mut texel: usize) -> usize {
 fn neighbours(texel: usize, width: usize, height: usize) -> impl Iterator<Item = usize> {
     let (x, y) = (texel % width, texel / width);
     [-1i64, 0, 1].into_iter().flat_map(move |dy| {
-        [width - 1, 0, 1]
-            .into_iter()
-            .filter(move |dx| dy != 0 || *dx != 0)
-            .map(move |dx| {
-                let row = y as i64 + dy;
-                let over_pole = row < 0 || row >= height as i64;
-                let row = row.clamp(0, height as i64 - 1) as usize;
-                let turn = if over_pole { width / 2 } else { 0 };
-                row * width + (x + dx + turn) % width
-            })
+        [width - 1, 0, 1].into_iter().filter(move |dx| dy != 0 || *dx != 0).map(move |dx| {
+            let row = y as i64 + dy;
+            let over_pole = row < 0 || row >= height as i64;
+            let row = row.clamp(0, height as i64 - 1) as usize;
+            let turn = if over_pole { width / 2 } else { 0 };
+            row * width + (x + dx + turn) % width
+        })
     })
 }
 
@@ -198,28 +189,16 @@ mod tests {
 
     #[test]
     fn a_sun_is_one_area_on_the_seam_and_on_the_poles_too() {
-        for (yaw, pitch) in [
-            (180.0, 10.0),
-            (0.0, 90.0),
-            (12.0, -90.0),
-            (-179.9, 80.0),
-            (40.0, 0.0),
-        ] {
+        for (yaw, pitch) in [(180.0, 10.0), (0.0, 90.0), (12.0, -90.0), (-179.9, 80.0), (40.0, 0.0)]
+        {
             let sun = disc(yaw, pitch, 5.0, 2.0);
             let found = areas(&with_lights(&black(512), std::slice::from_ref(&sun)), 5);
             assert_eq!(found.len(), 1, "at {yaw} {pitch}");
             let area = &found[0];
-            assert!(
-                area.direction.angle_between(sun.direction()) < 2e-3,
-                "{area:?}"
-            );
+            assert!(area.direction.angle_between(sun.direction()) < 2e-3, "{area:?}");
             assert!((area.share - 1.0).abs() < 0.02 && (area.energy[0] - 2.0).abs() < 0.04);
             // The texels of its rim, 0.7° wide, are in it or not.
-            assert!(
-                (area.radius_deg() - 5.0).abs() < 0.4,
-                "{}",
-                area.radius_deg()
-            );
+            assert!((area.radius_deg() - 5.0).abs() < 0.4, "{}", area.radius_deg());
         }
     }
 
@@ -231,23 +210,12 @@ mod tests {
             disc(170.0, -10.0, 9.0, 2.0),
         ];
         let mut room = with_lights(&black(512), &windows);
-        room.radiance
-            .pixels
-            .iter_mut()
-            .flatten()
-            .for_each(|v| *v += 0.01);
+        room.radiance.pixels.iter_mut().flatten().for_each(|v| *v += 0.01);
         let found = areas(&room, 3);
         for (area, i) in found.iter().zip([1, 2, 0]) {
-            assert!(
-                area.direction.angle_between(windows[i].direction()) < 5e-3,
-                "{area:?}"
-            );
+            assert!(area.direction.angle_between(windows[i].direction()) < 5e-3, "{area:?}");
         }
-        assert!(
-            (found[0].energy[1] / 4.0 - 1.0).abs() < 0.03,
-            "{:?}",
-            found[0]
-        );
+        assert!((found[0].energy[1] / 4.0 - 1.0).abs() < 0.03, "{:?}", found[0]);
         assert_eq!(areas(&room, 1).len(), 1);
     }
 
@@ -272,14 +240,9 @@ mod tests {
             confidence,
             clipped: 0.0,
         };
-        let spots = [
-            disc(-120.0, 0.0, 3.0, 1.0),
-            disc(0.0, 0.0, 3.0, 1.0),
-            disc(120.0, 0.0, 3.0, 1.0),
-        ];
-        let mut rig = Rig {
-            lamps: spots.iter().map(|spot| lamp(spot, 1.0)).collect(),
-        };
+        let spots =
+            [disc(-120.0, 0.0, 3.0, 1.0), disc(0.0, 0.0, 3.0, 1.0), disc(120.0, 0.0, 3.0, 1.0)];
+        let mut rig = Rig { lamps: spots.iter().map(|spot| lamp(spot, 1.0)).collect() };
         let area = &areas(&with_lights(&black(256), &spots[1..2]), 1)[0];
         let yaw = |degrees| rotation(degrees, 0.0, 0.0);
         assert_eq!(area.lamp(&rig, yaw(0.0)).unwrap().0, 1);
@@ -301,11 +264,7 @@ mod tests {
         let found = areas(&even, 4);
         assert!(found.len() == 1 && (found[0].share - 1.0).abs() < 1e-6);
         assert_eq!(
-            areas(
-                &Environment::from_radiance("", Image::filled(1, 1, [1.0; 3])),
-                2
-            )
-            .len(),
+            areas(&Environment::from_radiance("", Image::filled(1, 1, [1.0; 3])), 2).len(),
             1
         );
     }

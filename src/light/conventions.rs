@@ -31,13 +31,8 @@ pub enum Tool {
 
 impl Tool {
     /// All tools.
-    pub const ALL: [Self; 5] = [
-        Self::OpenExr,
-        Self::Nuke,
-        Self::Mitsuba,
-        Self::ThreeJs,
-        Self::Blender,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::OpenExr, Self::Nuke, Self::Mitsuba, Self::ThreeJs, Self::Blender];
 
     /// Its name in the window.
     pub fn title(self) -> &'static str {
@@ -98,9 +93,7 @@ pub struct Front {
 impl Front {
     /// An offset in degrees; NaN and infinity count as 0.
     pub fn new(yaw_deg: f32) -> Self {
-        Self {
-            yaw_deg: wrapped(yaw_deg),
-        }
+        Self { yaw_deg: wrapped(yaw_deg) }
     }
 
     /// The column at u, 0 to 1, is front: where a person pointed.
@@ -141,11 +134,7 @@ fn wrapped(degrees: f32) -> f32 {
         return 0.0;
     }
     let turned = degrees.rem_euclid(360.0);
-    if turned > 180.0 {
-        turned - 360.0
-    } else {
-        turned
-    }
+    if turned > 180.0 { turned - 360.0 } else { turned }
 }
 
 /// The values of a yaw in other tools, one line each.
@@ -219,10 +208,7 @@ mod tests {
             Tool::ThreeJs => {
                 // makeRotationFromEuler(−rotation) · d, and a texture whose first row is at the top (flipY).
                 let d = DMat3::from_rotation_y(-radians) * d;
-                let (u, v) = (
-                    d.z.atan2(d.x) / TAU + 0.5,
-                    d.y.clamp(-1.0, 1.0).asin() / PI + 0.5,
-                );
+                let (u, v) = (d.z.atan2(d.x) / TAU + 0.5, d.y.clamp(-1.0, 1.0).asin() / PI + 0.5);
                 (u, 1.0 - v)
             }
             Tool::Blender => {
@@ -280,10 +266,7 @@ mod tests {
             (Tool::Blender, 0.25),
         ] {
             let (u, _) = looked_up(tool, in_axes_of(tool, DVec3::NEG_Z), 0.0);
-            assert!(
-                (u - front + 0.5).rem_euclid(1.0) - 0.5 < 1e-9,
-                "{tool:?}: {u}"
-            );
+            assert!((u - front + 0.5).rem_euclid(1.0) - 0.5 < 1e-9, "{tool:?}: {u}");
             // That column comes to the middle.
             assert_eq!(Front::of(tool), Front::at_column(front as f32), "{tool:?}");
         }
@@ -298,10 +281,7 @@ mod tests {
         assert_eq!(Front::at_direction(glam::Vec3::X).yaw_deg(), -90.0);
         assert_eq!(Front::new(f32::NAN), Front::default());
         assert_eq!(serde_json::to_string(&Front::new(450.0)).unwrap(), "90.0");
-        assert_eq!(
-            serde_json::from_str::<Front>("-270.0").unwrap().yaw_deg(),
-            90.0
-        );
+        assert_eq!(serde_json::from_str::<Front>("-270.0").unwrap().yaw_deg(), 90.0);
     }
 
     #[test]

@@ -32,12 +32,7 @@ impl Environment {
             .filter(|&i| !radiance.pixels[i].into_iter().all(is_light))
             .collect();
         if !broken.is_empty() {
-            let finite = radiance
-                .pixels
-                .iter()
-                .flatten()
-                .copied()
-                .filter(|&v| is_light(v));
+            let finite = radiance.pixels.iter().flatten().copied().filter(|&v| is_light(v));
             let brightest = match finite.fold(0.0, f32::max) {
                 0.0 => HALF_MAX,
                 value => value,
@@ -57,11 +52,7 @@ impl Environment {
                 radiance.pixels[i] = pixel;
             }
         }
-        Self {
-            name: name.into(),
-            radiance,
-            repaired_texels: broken.len(),
-        }
+        Self { name: name.into(), radiance, repaired_texels: broken.len() }
     }
 
     /// ∫ E dω over the sphere, per channel.
@@ -96,14 +87,10 @@ impl Environment {
             );
             let mut sums = vec![[0.0f64; 3]; width];
             for from in (top as usize)..(bottom.ceil() as usize).min(source) {
-                let share = band(
-                    (from as f64).max(top),
-                    (from as f64 + 1.0).min(bottom),
-                    source,
-                ) / band(top, bottom, source);
-                for (sum, pixel) in sums
-                    .iter_mut()
-                    .zip(&columns.pixels[from * width..(from + 1) * width])
+                let share = band((from as f64).max(top), (from as f64 + 1.0).min(bottom), source)
+                    / band(top, bottom, source);
+                for (sum, pixel) in
+                    sums.iter_mut().zip(&columns.pixels[from * width..(from + 1) * width])
                 {
                     for c in 0..3 {
                         sum[c] += share * f64::from(pixel[c]);
@@ -114,11 +101,7 @@ impl Environment {
                 *out = sum.map(|v| v as f32);
             }
         }
-        Self {
-            name: self.name.clone(),
-            radiance,
-            repaired_texels: self.repaired_texels,
-        }
+        Self { name: self.name.clone(), radiance, repaired_texels: self.repaired_texels }
     }
 
     /// Radiance from a direction of any length above 0: bilinear, across the seam and the poles.
@@ -164,10 +147,7 @@ fn median_of_neighbours(image: &Image, i: usize, c: usize) -> f32 {
         .filter(|v| (0.0..=MOST_RADIANCE).contains(v))
         .collect();
     values.sort_by(f32::total_cmp);
-    values
-        .get(values.len().saturating_sub(1) / 2)
-        .copied()
-        .unwrap_or(0.0)
+    values.get(values.len().saturating_sub(1) / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -278,10 +258,7 @@ mod tests {
             return;
         };
         let pisa = crate::panorama::load(&path).unwrap();
-        assert_eq!(
-            (pisa.name.as_str(), pisa.repaired_texels),
-            ("probulator_pisa", 0)
-        );
+        assert_eq!((pisa.name.as_str(), pisa.repaired_texels), ("probulator_pisa", 0));
         assert_same_energy(&pisa, &pisa.reduced(128));
     }
 }

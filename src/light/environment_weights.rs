@@ -32,11 +32,7 @@ impl EnvironmentWeights {
     /// Replaces the environment and keeps what depends on the rig alone.
     pub fn environment(self, environment: &Environment) -> Self {
         let reduced = environment.reduced(Partition::WIDTH);
-        Self {
-            yaws: YawTable::new(&self.partition, &reduced),
-            reduced,
-            ..self
-        }
+        Self { yaws: YawTable::new(&self.partition, &reduced), reduced, ..self }
     }
 
     /// The lamps' weights from the turned and graded environment and from the placed lights. One unit of a placed
@@ -49,8 +45,7 @@ impl EnvironmentWeights {
         let mut weights = if lighting.tilt() == Quat::IDENTITY {
             self.yaws.at(yaw_deg)
         } else {
-            self.partition
-                .turned_weights(&self.reduced, lighting.turn(yaw_deg))
+            self.partition.turned_weights(&self.reduced, lighting.turn(yaw_deg))
         };
         let gains = lighting.gains();
         scale(&mut weights, gains);
@@ -66,22 +61,17 @@ impl EnvironmentWeights {
         let mut placed = self.partition.weights(&lights, 0.0);
         scale(&mut placed, [unit; 3]);
         // The uncovered shares of both are averaged by their energies.
-        let energies = [
-            (&self.reduced, gains, weights.uncovered),
-            (&lights, [unit; 3], placed.uncovered),
-        ]
-        .map(|(environment, gains, uncovered)| {
-            let energy = environment.energy();
-            let graded = std::array::from_fn(|c| energy[c] as f32 * gains[c]);
-            (luminance(graded), uncovered)
-        });
+        let energies =
+            [(&self.reduced, gains, weights.uncovered), (&lights, [unit; 3], placed.uncovered)]
+                .map(|(environment, gains, uncovered)| {
+                    let energy = environment.energy();
+                    let graded = std::array::from_fn(|c| energy[c] as f32 * gains[c]);
+                    (luminance(graded), uncovered)
+                });
         let total: f32 = energies.iter().map(|(energy, _)| energy).sum();
         if total > 0.0 && total.is_finite() {
-            weights.uncovered = energies
-                .iter()
-                .map(|(energy, share)| energy * share)
-                .sum::<f32>()
-                / total;
+            weights.uncovered =
+                energies.iter().map(|(energy, share)| energy * share).sum::<f32>() / total;
         }
         for (weight, placed) in weights.per_lamp.iter_mut().zip(&placed.per_lamp) {
             *weight = std::array::from_fn(|c| (weight[c] + placed[c]).min(weights::MOST));
@@ -124,18 +114,12 @@ mod tests {
                 clipped: 0.0,
             }
         };
-        Rig {
-            lamps: (0..24).map(lamp).collect(),
-        }
+        Rig { lamps: (0..24).map(lamp).collect() }
     }
 
     fn sky() -> Environment {
         let radiance = Image::from_fn(256, 128, |x, y| {
-            let sun = if (60..64).contains(&x) && (30..34).contains(&y) {
-                900.0
-            } else {
-                0.0
-            };
+            let sun = if (60..64).contains(&x) && (30..34).contains(&y) { 900.0 } else { 0.0 };
             [0.4 + sun, 0.5 + sun, 0.7 + sun - 0.002 * y as f32]
         });
         Environment::from_radiance("sky", radiance)
@@ -150,19 +134,12 @@ mod tests {
         for weighting in [Weighting::Fit, Weighting::Smooth, Weighting::Cells] {
             let (rig, sky) = (rig(), sky());
             let mut lit = EnvironmentWeights::new(&sky, &rig, weighting);
-            let plain = Lighting {
-                weighting,
-                ..Lighting::default()
-            };
+            let plain = Lighting { weighting, ..Lighting::default() };
             let table = YawTable::new(&Partition::of(weighting, &rig), &sky);
             assert_eq!(lit.weights(&plain, 33.0, 1.0), table.at(33.0));
             let all = energy(&lit.weights(&plain, 0.0, 1.0));
             for (pitch_deg, roll_deg) in [(30.0, 0.0), (0.0, -75.0), (180.0, 20.0)] {
-                let turned = Lighting {
-                    pitch_deg,
-                    roll_deg,
-                    ..plain.clone()
-                };
+                let turned = Lighting { pitch_deg, roll_deg, ..plain.clone() };
                 let turned = energy(&lit.weights(&turned, 10.0, 1.0));
                 (0..3).for_each(|c| assert!((turned[c] / all[c] - 1.0).abs() < 1e-4));
             }
@@ -192,36 +169,19 @@ mod tests {
     #[test]
     fn a_placed_light_adds_its_energy_and_stays_where_it_is() {
         let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
-        let light = PlacedLight {
-            yaw_deg: 90.0,
-            pitch_deg: 10.0,
-            ..PlacedLight::default()
-        };
-        let with = Lighting {
-            placed: vec![light.clone()],
-            ..Lighting::default()
-        };
+        let light = PlacedLight { yaw_deg: 90.0, pitch_deg: 10.0, ..PlacedLight::default() };
+        let with = Lighting { placed: vec![light.clone()], ..Lighting::default() };
         let added = |lit: &mut EnvironmentWeights, yaw: f32| -> Vec<f32> {
-            let (a, b) = (
-                lit.weights(&with, yaw, 3.0),
-                lit.weights(&Lighting::default(), yaw, 3.0),
-            );
-            a.per_lamp
-                .iter()
-                .zip(&b.per_lamp)
-                .map(|(a, b)| a[1] - b[1])
-                .collect()
+            let (a, b) =
+                (lit.weights(&with, yaw, 3.0), lit.weights(&Lighting::default(), yaw, 3.0));
+            a.per_lamp.iter().zip(&b.per_lamp).map(|(a, b)| a[1] - b[1]).collect()
         };
         let here = added(&mut lit, 0.0);
         // Lamps have energy 1, so that weights are energies: 3 units of π.
         assert!((here.iter().sum::<f32>() / (3.0 * std::f32::consts::PI) - 1.0).abs() < 1e-3);
-        let brightest = (0..24)
-            .max_by(|&a, &b| here[a].total_cmp(&here[b]))
-            .unwrap();
+        let brightest = (0..24).max_by(|&a, &b| here[a].total_cmp(&here[b])).unwrap();
         let nearest = |i: usize| rig().lamps[i].direction.dot(light.direction());
-        let nearest = (0..24)
-            .max_by(|&a, &b| nearest(a).total_cmp(&nearest(b)))
-            .unwrap();
+        let nearest = (0..24).max_by(|&a, &b| nearest(a).total_cmp(&nearest(b))).unwrap();
         assert_eq!(brightest, nearest);
         for (a, b) in here.iter().zip(added(&mut lit, 77.0)) {
             assert!((a - b).abs() < 1e-3, "{a} became {b}");
@@ -238,11 +198,7 @@ mod tests {
             ..PlacedLight::default()
         };
         let mut weights = |placed: Vec<PlacedLight>, intensity_stops: f32| {
-            let lighting = Lighting {
-                placed,
-                intensity_stops,
-                ..Lighting::default()
-            };
+            let lighting = Lighting { placed, intensity_stops, ..Lighting::default() };
             lit.weights(&lighting, 20.0, 1.0)
         };
         let all = weights(vec![at(90.0, false, true), at(-90.0, false, true)], 0.0);
@@ -267,42 +223,23 @@ mod tests {
             group: group.to_owned(),
             ..PlacedLight::default()
         };
-        let group = LightGroup {
-            name: "Left".to_owned(),
-            ..LightGroup::default()
-        };
+        let group = LightGroup { name: "Left".to_owned(), ..LightGroup::default() };
         let plain = Lighting {
             placed: vec![light(-90.0, "Left"), light(90.0, ""), light(0.0, "gone")],
             groups: vec![group.clone()],
             ..Lighting::default()
         };
         let mut green = |group: LightGroup| {
-            let lighting = Lighting {
-                groups: vec![group],
-                ..plain.clone()
-            };
+            let lighting = Lighting { groups: vec![group], ..plain.clone() };
             energy(&lit.weights(&lighting, 0.0, 1.0))[1]
         };
         // Lamps of energy 1 have weights that are energies.
         let one = std::f32::consts::PI;
         let all = green(group.clone());
-        let louder = green(LightGroup {
-            gain_stops: 1.0,
-            ..group.clone()
-        });
-        let muted = green(LightGroup {
-            muted: true,
-            solo: true,
-            ..group.clone()
-        });
-        let alone = green(LightGroup {
-            solo: true,
-            ..group.clone()
-        });
-        let wild = green(LightGroup {
-            gain_stops: f32::NAN,
-            ..group.clone()
-        });
+        let louder = green(LightGroup { gain_stops: 1.0, ..group.clone() });
+        let muted = green(LightGroup { muted: true, solo: true, ..group.clone() });
+        let alone = green(LightGroup { solo: true, ..group.clone() });
+        let wild = green(LightGroup { gain_stops: f32::NAN, ..group.clone() });
         assert!((louder - all - one).abs() < 1e-2, "{louder} {all}");
         assert!((all - muted - one).abs() < 1e-2, "{all} {muted}");
         assert!((alone - one).abs() < 1e-2, "{alone}");
@@ -312,13 +249,7 @@ mod tests {
         // A file without groups is written as before.
         let bare = serde_json::to_string(&Lighting::default()).unwrap();
         assert!(!bare.contains("groups"), "{bare}");
-        let named = Lighting {
-            groups: vec![LightGroup {
-                solo: true,
-                ..group
-            }],
-            ..plain
-        };
+        let named = Lighting { groups: vec![LightGroup { solo: true, ..group }], ..plain };
         assert_eq!(named.solo_titles(), ["Light 1"]);
         assert!(named.is_solo() && !named.without_solo().is_solo());
     }
@@ -341,21 +272,10 @@ mod tests {
                 ..Lighting::default()
             };
             let weights = lit.weights(&lighting, 3.0, 1.0);
-            assert!(
-                weights
-                    .per_lamp
-                    .iter()
-                    .flatten()
-                    .all(|w| w.is_finite() && *w >= 0.0),
-                "{bad}"
-            );
+            assert!(weights.per_lamp.iter().flatten().all(|w| w.is_finite() && *w >= 0.0), "{bad}");
             assert!(weights.uncovered.is_finite());
         }
         let mut none = EnvironmentWeights::new(&sky(), &Rig::default(), Weighting::Fit);
-        assert!(
-            none.weights(&Lighting::default(), 0.0, 1.0)
-                .per_lamp
-                .is_empty()
-        );
+        assert!(none.weights(&Lighting::default(), 0.0, 1.0).per_lamp.is_empty());
     }
 }

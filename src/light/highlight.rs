@@ -25,21 +25,14 @@ impl Highlights {
         let places = |length: usize| (step / 2..length).step_by(step);
         let points = places(height).flat_map(|y| places(width).map(move |x| [x, y]));
         let aimed = points.filter_map(|at| Some((at, responses.aim(at).ok()?)));
-        Self {
-            points: aimed.collect(),
-            step,
-            furthest: FURTHEST * responses.spacing(),
-        }
+        Self { points: aimed.collect(), step, furthest: FURTHEST * responses.spacing() }
     }
 
     /// The column and row on which a light from this direction falls, a unit vector; None if it falls on no point, as light
     /// from behind.
     pub fn at(&self, direction: Vec3) -> Option<[f32; 2]> {
         let cosine = |aimed: Vec3| aimed.dot(direction);
-        let nearest = self
-            .points
-            .iter()
-            .max_by(|a, b| cosine(a.1).total_cmp(&cosine(b.1)));
+        let nearest = self.points.iter().max_by(|a, b| cosine(a.1).total_cmp(&cosine(b.1)));
         let &([x, y], best) = nearest?;
         let best = cosine(best);
         // NaN falls nowhere either.
@@ -53,10 +46,7 @@ impl Highlights {
             if column.abs_diff(x) <= self.step && row.abs_diff(y) <= self.step {
                 let width = (0.25 * self.furthest).max(f32::MIN_POSITIVE);
                 let weight = ((cosine(aimed) - best) / (width * width)).exp();
-                sum = [
-                    sum[0] + weight * column as f32,
-                    sum[1] + weight * row as f32,
-                ];
+                sum = [sum[0] + weight * column as f32, sum[1] + weight * row as f32];
                 weights += weight;
             }
         }
@@ -104,9 +94,7 @@ mod tests {
                 clipped: 0.0,
             }
         };
-        Rig {
-            lamps: (0..lamps).map(lamp).collect(),
-        }
+        Rig { lamps: (0..lamps).map(lamp).collect() }
     }
 
     #[test]

@@ -35,10 +35,7 @@ impl TryFrom<File> for Keyframes {
     type Error = Error;
 
     fn try_from(file: File) -> Result<Self> {
-        let mut keyframes = Self {
-            interpolation: file.interpolation,
-            keys: Vec::new(),
-        };
+        let mut keyframes = Self { interpolation: file.interpolation, keys: Vec::new() };
         for key in file.keys {
             keyframes.put(key)?;
         }
@@ -48,19 +45,13 @@ impl TryFrom<File> for Keyframes {
 
 impl From<Keyframes> for File {
     fn from(keyframes: Keyframes) -> Self {
-        Self {
-            interpolation: keyframes.interpolation,
-            keys: keyframes.keys,
-        }
+        Self { interpolation: keyframes.interpolation, keys: keyframes.keys }
     }
 }
 
 impl Keyframes {
     /// No keys.
-    pub const NONE: Self = Self {
-        interpolation: Interpolation::Smooth,
-        keys: Vec::new(),
-    };
+    pub const NONE: Self = Self { interpolation: Interpolation::Smooth, keys: Vec::new() };
 
     /// The keys in the order of their frames.
     pub fn keys(&self) -> &[Key] {
@@ -82,11 +73,7 @@ impl Keyframes {
             Some(index) => self.keys[index],
             None => self.between(frame),
         };
-        self.put(Key {
-            frame,
-            value,
-            ..key
-        })
+        self.put(Key { frame, value, ..key })
     }
 
     /// How a new key at a frame goes on: as the key before it, and where that is Bézier with the curve's slope.
@@ -139,21 +126,14 @@ impl Keyframes {
     pub fn shift(&mut self, index: usize, frame: f64, value: f64) -> Result<usize> {
         let mut moved = self.clone();
         let key = moved.remove(index).ok_or_else(|| self.without_key(index))?;
-        let at = moved.put(Key {
-            frame,
-            value,
-            ..key
-        })?;
+        let at = moved.put(Key { frame, value, ..key })?;
         *self = moved;
         Ok(at)
     }
 
     fn without_key(&self, index: usize) -> Error {
         Error::missing(
-            format!(
-                "there is no key {index} among {} keys, numbered from 0",
-                self.keys.len()
-            ),
+            format!("there is no key {index} among {} keys, numbered from 0", self.keys.len()),
             "Choose an existing key",
         )
     }
@@ -163,15 +143,9 @@ impl Keyframes {
     /// # Errors
     /// When a value becomes larger than 10⁹.
     pub fn plus(&self, by: f64) -> Result<Self> {
-        let mut raised = Self {
-            interpolation: self.interpolation,
-            keys: Vec::new(),
-        };
+        let mut raised = Self { interpolation: self.interpolation, keys: Vec::new() };
         for key in &self.keys {
-            raised.put(Key {
-                value: key.value + by,
-                ..*key
-            })?;
+            raised.put(Key { value: key.value + by, ..*key })?;
         }
         Ok(raised)
     }
@@ -205,11 +179,7 @@ impl Keyframes {
     pub fn set_slopes(&mut self, index: usize, slopes: [Option<f64>; 2]) -> Result<()> {
         let key = self.keys.get(index).copied();
         let [slope_in, slope_out] = slopes;
-        self.put(Key {
-            slope_in,
-            slope_out,
-            ..key.ok_or_else(|| self.without_key(index))?
-        })?;
+        self.put(Key { slope_in, slope_out, ..key.ok_or_else(|| self.without_key(index))? })?;
         Ok(())
     }
 
@@ -318,8 +288,7 @@ impl FromStr for Keyframes {
             let refuse = || format!("{key:?} is not FRAME:VALUE");
             let (frame, value) = key.split_once(':').ok_or_else(refuse)?;
             let number = |text: &str| text.trim().parse().map_err(|_| refuse());
-            keys.insert(number(frame)?, number(value)?)
-                .map_err(|e| e.to_string())?;
+            keys.insert(number(frame)?, number(value)?).map_err(|e| e.to_string())?;
         }
         Ok(keys)
     }

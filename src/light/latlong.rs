@@ -23,10 +23,7 @@ pub fn uv_from_direction(direction: Vec3) -> (f32, f32) {
 
 /// Direction of the centre of texel (`x`, `y`) of a `width × height` panorama.
 pub fn texel_direction(x: usize, y: usize, width: usize, height: usize) -> Vec3 {
-    direction_from_uv(
-        (x as f32 + 0.5) / width as f32,
-        (y as f32 + 0.5) / height as f32,
-    )
+    direction_from_uv((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32)
 }
 
 /// Solid angle in steradians of one texel of row `y`: (2π/W)·(cos θ_top − cos θ_bottom), exact, so
@@ -58,10 +55,7 @@ mod tests {
     fn a_panorama_covers_the_sphere() {
         for (w, h) in [(1, 1), (2, 1), (64, 32), (1023, 511)] {
             let sum: f64 = (0..h).map(|y| texel_solid_angle(y, w, h) * w as f64).sum();
-            assert!(
-                (sum - 4.0 * std::f64::consts::PI).abs() < 1e-11,
-                "{w}×{h}: {sum}"
-            );
+            assert!((sum - 4.0 * std::f64::consts::PI).abs() < 1e-11, "{w}×{h}: {sum}");
         }
     }
 

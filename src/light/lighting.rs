@@ -157,19 +157,12 @@ impl Lighting {
     /// A light as it lights the subject: with the gain of its group.
     pub fn with_group_gain(&self, light: &PlacedLight) -> PlacedLight {
         let gain = self.group_of(light).map_or(1.0, LightGroup::gain);
-        PlacedLight {
-            intensity: light.intensity * gain,
-            ..light.clone()
-        }
+        PlacedLight { intensity: light.intensity * gain, ..light.clone() }
     }
 
     /// A light to add: a softbox, solo if others are, so that it is seen.
     pub fn another_light(&self) -> PlacedLight {
-        PlacedLight {
-            id: self.free_id(),
-            solo: self.is_solo(),
-            ..PlacedLight::default()
-        }
+        PlacedLight { id: self.free_id(), solo: self.is_solo(), ..PlacedLight::default() }
     }
 
     /// The factor on the environment's radiance per channel; finite and not negative. It is 0 if [`Self::is_solo`].
@@ -180,8 +173,7 @@ impl Lighting {
         let stops = if self.intensity_stops.is_nan() {
             0.0
         } else {
-            self.intensity_stops
-                .clamp(*Self::STOPS.start(), *Self::STOPS.end())
+            self.intensity_stops.clamp(*Self::STOPS.start(), *Self::STOPS.end())
         };
         white::gains(self.temperature_k, self.tint).map(|gain| gain * stops.exp2())
     }
@@ -194,11 +186,7 @@ impl Lighting {
     /// The turn after the yaw; the identity if an angle is not finite.
     pub fn tilt(&self) -> Quat {
         let tilt = rotation(0.0, self.pitch_deg, self.roll_deg);
-        if tilt.is_finite() {
-            tilt
-        } else {
-            Quat::IDENTITY
-        }
+        if tilt.is_finite() { tilt } else { Quat::IDENTITY }
     }
 }
 
@@ -224,18 +212,10 @@ mod tests {
     #[test]
     fn each_light_gets_a_number_of_its_own_and_keeps_it() {
         let numbered = |ids: &[u32]| {
-            let light = |&id: &u32| PlacedLight {
-                id,
-                ..PlacedLight::default()
-            };
-            let mut lighting = Lighting {
-                placed: ids.iter().map(light).collect(),
-                ..Lighting::default()
-            };
-            let group = |&id: &u32| LightGroup {
-                id,
-                ..LightGroup::default()
-            };
+            let light = |&id: &u32| PlacedLight { id, ..PlacedLight::default() };
+            let mut lighting =
+                Lighting { placed: ids.iter().map(light).collect(), ..Lighting::default() };
+            let group = |&id: &u32| LightGroup { id, ..LightGroup::default() };
             lighting.groups = ids.iter().map(group).collect();
             lighting.number_lights();
             let groups = lighting.groups.iter().map(|group| group.id);

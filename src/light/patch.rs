@@ -82,11 +82,7 @@ impl Patch {
         }
         for (y, parts) in (first..last).zip(parts) {
             let solid_angle = texel_solid_angle(y, width, height);
-            for (i, part) in parts
-                .into_iter()
-                .enumerate()
-                .filter(|(_, part)| *part > 0.0)
-            {
+            for (i, part) in parts.into_iter().enumerate().filter(|(_, part)| *part > 0.0) {
                 let x = (from + i as i64).rem_euclid(width as i64) as usize;
                 let share = part / (total * solid_angle);
                 for (value, energy) in panorama.pixels[y * width + x].iter_mut().zip(energy) {
@@ -263,18 +259,10 @@ mod tests {
 
     #[test]
     fn a_disc_covers_its_solid_angle() {
-        let disc = Patch {
-            azimuth: 0.4,
-            elevation: 0.3,
-            outline: Outline::Disc(0.5),
-            softness: 0.0,
-        };
+        let disc =
+            Patch { azimuth: 0.4, elevation: 0.3, outline: Outline::Disc(0.5), softness: 0.0 };
         let image = drawn(disc, (1024, 512));
-        let level = image
-            .pixels
-            .iter()
-            .map(|p| f64::from(p[0]))
-            .fold(0.0, f64::max);
+        let level = image.pixels.iter().map(|p| f64::from(p[0])).fold(0.0, f64::max);
         let solid_angle = TAU * (1.0 - 0.5f64.cos());
         assert!((level * solid_angle / 3.0 - 1.0).abs() < 2e-3, "{level}");
     }
@@ -283,21 +271,13 @@ mod tests {
     fn a_patch_that_moves_a_hundredth_of_a_texel_does_not_jump() {
         let at = |azimuth: f64, elevation: f64| {
             drawn(
-                Patch {
-                    azimuth,
-                    elevation,
-                    outline: Outline::Disc(0.001),
-                    softness: 0.5,
-                },
+                Patch { azimuth, elevation, outline: Outline::Disc(0.001), softness: 0.5 },
                 (64, 32),
             )
         };
         let step = PI / 32.0 / 100.0;
         for i in 0..100 {
-            let (a, b) = (
-                at(step * f64::from(i), 0.3),
-                at(step * f64::from(i + 1), 0.3),
-            );
+            let (a, b) = (at(step * f64::from(i), 0.3), at(step * f64::from(i + 1), 0.3));
             let moved: f64 = a
                 .pixels
                 .iter()

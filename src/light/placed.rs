@@ -187,11 +187,8 @@ impl FromStr for PlacedLight {
     /// Azimuth, elevation and size across in degrees, intensity, and the colour, which is white if left out.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         const NAMES: &str = "AZIMUTH,ELEVATION,SIZE,INTENSITY or the same with R,G,B";
-        let full = if text.matches(',').count() == 3 {
-            format!("{text},1,1,1")
-        } else {
-            text.to_owned()
-        };
+        let full =
+            if text.matches(',').count() == 3 { format!("{text},1,1,1") } else { text.to_owned() };
         let values = numbers(&full, NAMES)?.map(|v: f64| v as f32);
         let [yaw, pitch, size, intensity, r, g, b] = values;
         let lights = size >= 0.0 && intensity >= 0.0 && [r, g, b].iter().all(|v| *v >= 0.0);
@@ -226,29 +223,22 @@ mod tests {
     }
 
     fn any_light() -> impl Strategy<Value = PlacedLight> {
-        (
-            0usize..3,
-            -800f32..800.0,
-            -90f32..90.0,
-            0f32..120.0,
-            0.001f32..1e5,
+        (0usize..3, -800f32..800.0, -90f32..90.0, 0f32..120.0, 0.001f32..1e5).prop_map(
+            |(kind, yaw_deg, pitch_deg, radius_deg, intensity)| PlacedLight {
+                kind: [Kind::Point, Kind::Disc, Kind::Area][kind],
+                yaw_deg,
+                pitch_deg,
+                radius_deg,
+                color: [1.0, 0.5, 0.0],
+                intensity,
+                id: kind as u32,
+                solo: kind == 1,
+                name: ["", "Key", "Rim \"2\""][kind].to_owned(),
+                group: ["", "Left", ""][kind].to_owned(),
+                temperature_k: (kind == 2).then_some(3200.0),
+                ..PlacedLight::default()
+            },
         )
-            .prop_map(
-                |(kind, yaw_deg, pitch_deg, radius_deg, intensity)| PlacedLight {
-                    kind: [Kind::Point, Kind::Disc, Kind::Area][kind],
-                    yaw_deg,
-                    pitch_deg,
-                    radius_deg,
-                    color: [1.0, 0.5, 0.0],
-                    intensity,
-                    id: kind as u32,
-                    solo: kind == 1,
-                    name: ["", "Key", "Rim \"2\""][kind].to_owned(),
-                    group: ["", "Left", ""][kind].to_owned(),
-                    temperature_k: (kind == 2).then_some(3200.0),
-                    ..PlacedLight::default()
-                },
-            )
     }
 
     proptest! {
@@ -296,20 +286,13 @@ mod tests {
         let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
         older.as_object_mut().unwrap().remove("temperature_k");
         let older: PlacedLight = serde_json::from_value(older).unwrap();
-        assert_eq!(
-            (older.color, older.intensity),
-            (light.color, light.intensity)
-        );
+        assert_eq!((older.color, older.intensity), (light.color, light.intensity));
     }
 
     #[test]
     fn a_light_is_where_it_is_put() {
         for (yaw_deg, pitch_deg) in [(0.0, 0.0), (-135.0, 45.0), (90.0, -80.0), (179.0, 10.0)] {
-            let there = PlacedLight {
-                yaw_deg,
-                pitch_deg,
-                ..PlacedLight::default()
-            };
+            let there = PlacedLight { yaw_deg, pitch_deg, ..PlacedLight::default() };
             let put = PlacedLight::default().towards(3.0 * there.direction());
             assert!(
                 (put.yaw_deg - yaw_deg).abs() < 1e-3 && (put.pitch_deg - pitch_deg).abs() < 1e-3
@@ -326,19 +309,10 @@ mod tests {
     fn lights_at_the_poles_and_on_the_seam_have_their_energy() {
         let black = Environment::from_radiance("", Image::filled(512, 256, [0.0; 3]));
         for kind in [Kind::Point, Kind::Disc, Kind::Area] {
-            for (yaw_deg, pitch_deg) in [
-                (0.0, 90.0),
-                (33.0, -90.0),
-                (180.0, 0.0),
-                (-180.0, 20.0),
-                (539.9, 89.9),
-            ] {
-                let light = PlacedLight {
-                    kind,
-                    yaw_deg,
-                    pitch_deg,
-                    ..PlacedLight::default()
-                };
+            for (yaw_deg, pitch_deg) in
+                [(0.0, 90.0), (33.0, -90.0), (180.0, 0.0), (-180.0, 20.0), (539.9, 89.9)]
+            {
+                let light = PlacedLight { kind, yaw_deg, pitch_deg, ..PlacedLight::default() };
                 let [energy, ..] = with_lights(&black, std::slice::from_ref(&light)).energy();
                 let wanted = std::f64::consts::PI;
                 assert!((energy / wanted - 1.0).abs() < 1e-6, "{light:?}: {energy}");
@@ -363,15 +337,8 @@ mod tests {
             radius_deg: 2.0,
             ..PlacedLight::default()
         };
-        let spots = [
-            at(-135.0, 30.0),
-            at(120.0, 10.0),
-            at(0.0, 60.0),
-            at(30.0, -50.0),
-        ];
-        let rig = Rig {
-            lamps: spots.iter().map(|spot| lamp("lamp", spot)).collect(),
-        };
+        let spots = [at(-135.0, 30.0), at(120.0, 10.0), at(0.0, 60.0), at(30.0, -50.0)];
+        let rig = Rig { lamps: spots.iter().map(|spot| lamp("lamp", spot)).collect() };
         let black = Environment::from_radiance("", Image::filled(256, 128, [0.0; 3]));
         for (i, spot) in spots.iter().enumerate() {
             let lit = with_lights(&black, std::slice::from_ref(spot));
@@ -381,15 +348,8 @@ mod tests {
                 .iter()
                 .enumerate()
             {
-                let wanted = if i == j {
-                    0.5 * std::f32::consts::PI
-                } else {
-                    0.0
-                };
-                assert!(
-                    (weights[0] - wanted).abs() < 1e-3,
-                    "lamp {j} under spot {i}: {weights:?}"
-                );
+                let wanted = if i == j { 0.5 * std::f32::consts::PI } else { 0.0 };
+                assert!((weights[0] - wanted).abs() < 1e-3, "lamp {j} under spot {i}: {weights:?}");
             }
         }
     }
@@ -399,34 +359,13 @@ mod tests {
         let before = sky(64, 32);
         let standard = PlacedLight::default;
         let lights = [
-            PlacedLight {
-                enabled: false,
-                ..standard()
-            },
-            PlacedLight {
-                intensity: f32::NAN,
-                ..standard()
-            },
-            PlacedLight {
-                intensity: -1.0,
-                ..standard()
-            },
-            PlacedLight {
-                intensity: f32::INFINITY,
-                ..standard()
-            },
-            PlacedLight {
-                yaw_deg: f32::NAN,
-                ..standard()
-            },
-            PlacedLight {
-                pitch_deg: f32::INFINITY,
-                ..standard()
-            },
-            PlacedLight {
-                color: [f32::NAN, -1.0, 0.0],
-                ..standard()
-            },
+            PlacedLight { enabled: false, ..standard() },
+            PlacedLight { intensity: f32::NAN, ..standard() },
+            PlacedLight { intensity: -1.0, ..standard() },
+            PlacedLight { intensity: f32::INFINITY, ..standard() },
+            PlacedLight { yaw_deg: f32::NAN, ..standard() },
+            PlacedLight { pitch_deg: f32::INFINITY, ..standard() },
+            PlacedLight { color: [f32::NAN, -1.0, 0.0], ..standard() },
         ];
         assert_eq!(with_lights(&before, &lights).radiance, before.radiance);
     }
@@ -435,10 +374,7 @@ mod tests {
     fn a_light_grows_softer_and_not_brighter() {
         let black = Environment::from_radiance("", Image::filled(512, 256, [0.0; 3]));
         let brightest = |radius_deg| {
-            let light = PlacedLight {
-                radius_deg,
-                ..PlacedLight::default()
-            };
+            let light = PlacedLight { radius_deg, ..PlacedLight::default() };
             let lit = with_lights(&black, &[light]);
             lit.radiance.pixels.iter().map(|p| p[0]).fold(0.0, f32::max)
         };
@@ -450,14 +386,7 @@ mod tests {
         let light: PlacedLight = "-135,45,25,3.14,1,0.5,0.25".parse().unwrap();
         assert_eq!((light.radius_deg, light.color), (12.5, [1.0, 0.5, 0.25]));
         assert_eq!("0,0,1,1".parse::<PlacedLight>().unwrap().color, [1.0; 3]);
-        for text in [
-            "",
-            "0,0,1",
-            "0,91,1,1",
-            "0,0,-1,1",
-            "0,0,1,nan",
-            "0,0,1,1,1",
-        ] {
+        for text in ["", "0,0,1", "0,91,1,1", "0,0,-1,1", "0,0,1,nan", "0,0,1,1,1"] {
             assert!(text.parse::<PlacedLight>().is_err(), "{text}");
         }
     }

@@ -41,10 +41,7 @@ impl Lamp {
         self.confidence > 0.0
             && self.direction.is_finite()
             && self.direction.length_squared() > 0.0
-            && self
-                .energy
-                .iter()
-                .all(|e| e.is_finite() && *e >= Self::LEAST_ENERGY)
+            && self.energy.iter().all(|e| e.is_finite() && *e >= Self::LEAST_ENERGY)
     }
 }
 
@@ -62,19 +59,8 @@ mod tests {
             confidence: 0.75,
             clipped: 0.0,
         };
-        let rig = Rig {
-            lamps: vec![
-                lamp.clone(),
-                Lamp {
-                    name: "olat_01".into(),
-                    ..lamp
-                },
-            ],
-        };
-        assert_eq!(
-            toml::from_str::<Rig>(&toml::to_string(&rig).unwrap()).unwrap(),
-            rig
-        );
+        let rig = Rig { lamps: vec![lamp.clone(), Lamp { name: "olat_01".into(), ..lamp }] };
+        assert_eq!(toml::from_str::<Rig>(&toml::to_string(&rig).unwrap()).unwrap(), rig);
     }
 
     #[test]
@@ -95,40 +81,10 @@ mod tests {
             clipped: 0.0,
         };
         assert!(lamp.is_usable());
-        assert!(
-            !Lamp {
-                confidence: 0.0,
-                ..lamp.clone()
-            }
-            .is_usable()
-        );
-        assert!(
-            !Lamp {
-                energy: [1.0, 0.0, 1.0],
-                ..lamp.clone()
-            }
-            .is_usable()
-        );
-        assert!(
-            !Lamp {
-                energy: [1.0, f32::NAN, 1.0],
-                ..lamp.clone()
-            }
-            .is_usable()
-        );
-        assert!(
-            !Lamp {
-                direction: Vec3::ZERO,
-                ..lamp.clone()
-            }
-            .is_usable()
-        );
-        assert!(
-            !Lamp {
-                direction: Vec3::NAN,
-                ..lamp
-            }
-            .is_usable()
-        );
+        assert!(!Lamp { confidence: 0.0, ..lamp.clone() }.is_usable());
+        assert!(!Lamp { energy: [1.0, 0.0, 1.0], ..lamp.clone() }.is_usable());
+        assert!(!Lamp { energy: [1.0, f32::NAN, 1.0], ..lamp.clone() }.is_usable());
+        assert!(!Lamp { direction: Vec3::ZERO, ..lamp.clone() }.is_usable());
+        assert!(!Lamp { direction: Vec3::NAN, ..lamp }.is_usable());
     }
 }

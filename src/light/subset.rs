@@ -62,10 +62,7 @@ pub fn choose(directions: &[Vec3], count: usize) -> Result<Subset> {
 /// The chosen lamps' covering and separation.
 fn measure(directions: &[Vec3], samples: &[Vec3], indices: Vec<usize>) -> Subset {
     let nearest = |sample: &Vec3| {
-        indices
-            .iter()
-            .map(|&i| angle(directions[i], *sample))
-            .fold(std::f32::consts::PI, f32::min)
+        indices.iter().map(|&i| angle(directions[i], *sample)).fold(std::f32::consts::PI, f32::min)
     };
     let covering = samples.par_iter().map(nearest).reduce(|| 0.0, f32::max);
     let pairs = indices
@@ -75,11 +72,7 @@ fn measure(directions: &[Vec3], samples: &[Vec3], indices: Vec<usize>) -> Subset
     let separation = pairs
         .map(|(i, j)| angle(directions[i], directions[j]))
         .fold(std::f32::consts::PI, f32::min);
-    Subset {
-        covering_deg: covering.to_degrees(),
-        separation_deg: separation.to_degrees(),
-        indices,
-    }
+    Subset { covering_deg: covering.to_degrees(), separation_deg: separation.to_degrees(), indices }
 }
 
 /// The angle between unit vectors: exact for small ones too.
@@ -120,9 +113,7 @@ fn covered(directions: &[Vec3]) -> (Vec<Vec3>, f32) {
     const ROWS: usize = 90;
     let neighbour = |(i, a): (usize, &Vec3)| {
         let others = directions.iter().enumerate().filter(|(j, _)| *j != i);
-        others
-            .map(|(_, b)| angle(*a, *b))
-            .fold(std::f32::consts::PI, f32::min)
+        others.map(|(_, b)| angle(*a, *b)).fold(std::f32::consts::PI, f32::min)
     };
     let mut spacings: Vec<f32> = directions.par_iter().enumerate().map(neighbour).collect();
     spacings.sort_by(f32::total_cmp);
@@ -279,11 +270,7 @@ impl Nearest {
             // The only lamp is swapped, never lost: no other lamp costs more than this.
             second = costs.iter().map(|cost| cost[sample]).fold(first, f32::max);
         }
-        Self {
-            place,
-            first: first.into(),
-            second: second.into(),
-        }
+        Self { place, first: first.into(), second: second.into() }
     }
 }
 
@@ -313,20 +300,13 @@ mod tests {
 
     fn rigs() -> Vec<(&'static str, Vec<Vec3>)> {
         let dome = Dome::new(146).banks;
-        let half: Vec<Vec3> = Dome::new(292)
-            .banks
-            .into_iter()
-            .filter(|d| d.y > 0.0)
-            .collect();
+        let half: Vec<Vec3> = Dome::new(292).banks.into_iter().filter(|d| d.y > 0.0).collect();
         vec![
             ("dome of 146", dome),
             ("half dome of 146", half),
             ("146 at random", random(146, 3)),
             ("300 at random", random(300, 8)),
-            (
-                "half of 300 at random",
-                random(300, 5).into_iter().filter(|d| d.z > 0.0).collect(),
-            ),
+            ("half of 300 at random", random(300, 5).into_iter().filter(|d| d.z > 0.0).collect()),
         ]
     }
 
@@ -389,11 +369,8 @@ mod tests {
 
     #[test]
     fn one_lamp_of_a_cone_is_its_middle() {
-        let directions: Vec<Vec3> = Dome::new(400)
-            .banks
-            .into_iter()
-            .filter(|d| d.z > 0.8)
-            .collect();
+        let directions: Vec<Vec3> =
+            Dome::new(400).banks.into_iter().filter(|d| d.z > 0.8).collect();
         let chosen = choose(&directions, 1).unwrap();
         assert!(directions[chosen.indices[0]].z > 0.98, "{chosen:?}");
     }

@@ -117,9 +117,7 @@ impl Partition {
     pub fn smooth(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
         Self::build(rig, width, &nodes, None, |_, _, corners, shares| {
-            [0, 1, 2]
-                .map(|i| (corners[i] as u16, shares[i] as f32))
-                .to_vec()
+            [0, 1, 2].map(|i| (corners[i] as u16, shares[i] as f32)).to_vec()
         })
     }
 
@@ -144,9 +142,7 @@ impl Partition {
         let nodes = Nodes::of(rig);
         let reach = Reach::new();
         let fit = Fit::of(rig, &nodes);
-        Self::build(rig, width, &nodes, Some(fit), |_, direction, _, _| {
-            reach.of(direction)
-        })
+        Self::build(rig, width, &nodes, Some(fit), |_, direction, _, _| reach.of(direction))
     }
 
     fn build(
@@ -168,10 +164,7 @@ impl Partition {
                 .map(|i| {
                     let direction = texel_direction(i % width, i / width, width, height).as_dvec3();
                     let (facet, shares) = hull.locate(direction);
-                    let covered = facet
-                        .corners
-                        .iter()
-                        .all(|&corner| corner < nodes.lamps.len());
+                    let covered = facet.corners.iter().all(|&corner| corner < nodes.lamps.len());
                     (share(nodes, direction, facet.corners, shares), covered)
                 })
                 .unzip();
@@ -232,11 +225,7 @@ impl Partition {
             row(y, &mut energies);
             for (x, energy) in energies.iter().enumerate() {
                 for &(node, share) in self.texel(x, y) {
-                    add(
-                        &mut gathered.nodes[usize::from(node)],
-                        f64::from(share),
-                        energy,
-                    );
+                    add(&mut gathered.nodes[usize::from(node)], f64::from(share), energy);
                 }
                 add(&mut gathered.total, 1.0, energy);
                 if !self.is_covered(x, y) {
@@ -303,11 +292,7 @@ impl LampDivision {
         let (all, uncovered) = (luminance(gathered.total), luminance(gathered.uncovered));
         LightWeights {
             per_lamp,
-            uncovered: if all > 0.0 {
-                (uncovered / all).min(1.0) as f32
-            } else {
-                0.0
-            },
+            uncovered: if all > 0.0 { (uncovered / all).min(1.0) as f32 } else { 0.0 },
         }
     }
 }

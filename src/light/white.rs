@@ -80,10 +80,7 @@ fn tinted(kelvin: f64, tint: f64) -> [f64; 2] {
         [4.0 * x / scale, 6.0 * y / scale]
     };
     let here = uv(kelvin);
-    let (cool, warm) = (
-        uv((kelvin * 1.01).min(25000.0)),
-        uv((kelvin * 0.99).max(1667.0)),
-    );
+    let (cool, warm) = (uv((kelvin * 1.01).min(25000.0)), uv((kelvin * 0.99).max(1667.0)));
     let (du, dv) = (warm[0] - cool[0], warm[1] - cool[1]);
     // Across the locus and away from green, which has the larger v.
     let step = tint / 3000.0 / du.hypot(dv);
@@ -111,18 +108,12 @@ mod tests {
             (7504.0, 0.29902, 0.31485, 2e-4),
         ] {
             let is = chromaticity(kelvin);
-            assert!(
-                (is[0] - x).abs() < within && (is[1] - y).abs() < within,
-                "{kelvin} K: {is:?}"
-            );
+            assert!((is[0] - x).abs() < within && (is[1] - y).abs() < within, "{kelvin} K: {is:?}");
         }
         // Wyszecki and Stiles, Color Science, table 1(3.11): blackbodies.
         for (kelvin, x, y) in [(2000.0, 0.5267, 0.4133), (3200.0, 0.4234, 0.3990)] {
             let is = chromaticity(kelvin);
-            assert!(
-                (is[0] - x).abs() < 5e-4 && (is[1] - y).abs() < 5e-4,
-                "{kelvin} K: {is:?}"
-            );
+            assert!((is[0] - x).abs() < 5e-4 && (is[1] - y).abs() < 5e-4, "{kelvin} K: {is:?}");
         }
     }
 

@@ -38,10 +38,7 @@ impl YawTable {
         /// is the same on any number of cores.
         const BLOCK: usize = 16;
         let mut planner = RealFftPlanner::new();
-        let (forward, back) = (
-            planner.plan_fft_forward(width),
-            planner.plan_fft_inverse(width),
-        );
+        let (forward, back) = (planner.plan_fft_forward(width), planner.plan_fft_inverse(width));
         let rows: Vec<usize> = (0..height).collect();
         let blocks: Vec<Spectra> = rows
             .par_chunks(BLOCK)
@@ -79,20 +76,10 @@ impl YawTable {
             }
             shifts
         };
-        let mut nodes: Vec<Vec<f64>> = sum
-            .spectra
-            .par_iter_mut()
-            .enumerate()
-            .map(at_all_shifts)
-            .collect();
+        let mut nodes: Vec<Vec<f64>> =
+            sum.spectra.par_iter_mut().enumerate().map(at_all_shifts).collect();
         let uncovered = nodes.split_off(3 * partition.division.nodes());
-        Self {
-            width,
-            nodes,
-            uncovered,
-            total,
-            division: partition.division.clone(),
-        }
+        Self { width, nodes, uncovered, total, division: partition.division.clone() }
     }
 
     /// The weights at a yaw, as [`Partition::weights`] gives them: between two columns it is the same
@@ -119,10 +106,7 @@ struct Spectra {
 
 impl Spectra {
     fn new(partition: &Partition) -> Self {
-        Self {
-            spectra: vec![None; 3 * (partition.division.nodes() + 1)],
-            total: [0.0; 3],
-        }
+        Self { spectra: vec![None; 3 * (partition.division.nodes() + 1)], total: [0.0; 3] }
     }
 
     fn add(&mut self, other: Self) {
@@ -150,10 +134,7 @@ impl Spectra {
         let transform = |signal: &mut [f64]| {
             let mut spectrum = forward.make_output_vec();
             // Lengths are those the plan was made for, which is all that can be refused.
-            forward
-                .process(signal, &mut spectrum)
-                .ok()
-                .map(|()| spectrum)
+            forward.process(signal, &mut spectrum).ok().map(|()| spectrum)
         };
         let row = &environment.radiance.pixels[y * width..(y + 1) * width];
         let light = [0, 1, 2].map(|c| {

@@ -17,10 +17,7 @@ pub fn reduced_box(
     let before = |at: usize, full: usize, small: usize| at.min(full) * small / full.max(1);
     let after = |at: usize, full: usize, small: usize| (at.min(full) * small).div_ceil(full.max(1));
     let (x, y) = (before(left, full.0, small.0), before(top, full.1, small.1));
-    let (to_x, to_y) = (
-        after(right, full.0, small.0),
-        after(bottom, full.1, small.1),
-    );
+    let (to_x, to_y) = (after(right, full.0, small.0), after(bottom, full.1, small.1));
     [x, y, to_x - x, to_y - y]
 }
 

@@ -57,18 +57,11 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
     let supposed = supposed(&reduced.small, &before, told);
     let marks = marks(small, told, &supposed);
     let odds: Vec<f32> = told.iter().map(|v| MOST_ODDS * v).collect();
-    let known = Known {
-        odds: Some(&odds),
-        ..Known::default()
-    };
+    let known = Known { odds: Some(&odds), ..Known::default() };
     let sides = |subject| marks.pixels.iter().any(|m| m.is_subject() == subject);
     // Where one side has no pixel there is nothing to cut.
     let cut = match sides(true) && sides(false) {
-        true => {
-            grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?
-                .subject
-                .pixels
-        }
+        true => grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?.subject.pixels,
         false => supposed,
     };
     let mut after = before.clone();
@@ -83,9 +76,8 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
         true => {
             let new = reduced.matte(&after, None);
             // Edges that moved, and as far as they are soft.
-            let places: Vec<[f32; 1]> = (0..after.len())
-                .map(|i| [f32::from(u8::from(changed(i)))])
-                .collect();
+            let places: Vec<[f32; 1]> =
+                (0..after.len()).map(|i| [f32::from(u8::from(changed(i)))]).collect();
             let near = window::sums(&places, small, 3);
             let zone: Vec<bool> = near.iter().map(|n| n[0] > 0.5).collect();
             let zone = reduced.enlarged(&zone);
@@ -94,10 +86,7 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
                 false => start.mask.pixels[i],
             };
             Matte {
-                mask: Mask {
-                    pixels: (0..zone.len()).map(mixed).collect(),
-                    ..start.mask
-                },
+                mask: Mask { pixels: (0..zone.len()).map(mixed).collect(), ..start.mask },
                 uncertain: start.uncertain.max(new.uncertain),
             }
         }
@@ -117,11 +106,7 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
     });
     Ok(Correction {
         matte,
-        seeds: Seeds::of(Mask {
-            width: small.0,
-            height: small.1,
-            pixels: kept.collect(),
-        }),
+        seeds: Seeds::of(Mask { width: small.0, height: small.1, pixels: kept.collect() }),
     })
 }
 
@@ -147,9 +132,7 @@ pub fn painted(picture: &Encoded, seeds: &Seeds, within: Option<[usize; 4]>) -> 
     let colors = codes(&reduced.small);
     let side = |wanted: f32| -> Vec<[f64; 3]> {
         let told = colors.iter().zip(&told);
-        told.filter(|t| *t.1 * wanted >= 1.0)
-            .map(|t| *t.0)
-            .collect()
+        told.filter(|t| *t.1 * wanted >= 1.0).map(|t| *t.0).collect()
     };
     let (Some(front), Some(back)) = (Mixture::split(&side(1.0)), Mixture::split(&side(-1.0)))
     else {
@@ -158,20 +141,11 @@ pub fn painted(picture: &Encoded, seeds: &Seeds, within: Option<[usize; 4]>) -> 
             "Paint over a part of the person with Keep and over a part of the background with Remove",
         ));
     };
-    let supposed: Vec<bool> = (colors.iter())
-        .map(|&color| front.cost(color) < back.cost(color))
-        .collect();
+    let supposed: Vec<bool> =
+        (colors.iter()).map(|&color| front.cost(color) < back.cost(color)).collect();
     let odds: Vec<f32> = told.iter().map(|v| MOST_ODDS * v).collect();
-    let known = Known {
-        odds: Some(&odds),
-        ..Known::default()
-    };
-    let found = grab_cut_knowing(
-        &reduced.small,
-        &marks(small, &told, &supposed),
-        &known,
-        ROUNDS,
-    )?;
+    let known = Known { odds: Some(&odds), ..Known::default() };
+    let found = grab_cut_knowing(&reduced.small, &marks(small, &told, &supposed), &known, ROUNDS)?;
     let mut cut = found.subject.pixels;
     clean(&mut cut, small, |i| told[i] < 0.0);
     for part in parts(small, |i| cut[i]) {
@@ -214,13 +188,8 @@ pub fn followed(picture: &Encoded, start: &Mask, trusted: &Mask, seeds: &Seeds) 
         }
     }
     let odds: Vec<f32> = told.iter().map(|v| MOST_ODDS * v).collect();
-    let known = Known {
-        odds: Some(&odds),
-        ..Known::default()
-    };
-    let mut cut = grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?
-        .subject
-        .pixels;
+    let known = Known { odds: Some(&odds), ..Known::default() };
+    let mut cut = grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?.subject.pixels;
     clean(&mut cut, small, |i| !supposed[i]);
     let mut matte = reduced.matte(&cut, None);
     force(&mut matte.mask, seeds);
@@ -247,12 +216,7 @@ fn supposed(picture: &Encoded, before: &[bool], told: &[f32]) -> Vec<bool> {
     while let Some((place, origin)) = open.pop_front() {
         let (x, y) = (place % width, place / width);
         let (of_x, of_y) = (origin % width, origin / width);
-        for (x, y) in [
-            (x.wrapping_sub(1), y),
-            (x + 1, y),
-            (x, y.wrapping_sub(1)),
-            (x, y + 1),
-        ] {
+        for (x, y) in [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)] {
             if x >= width || y >= height || seen[y * width + x] {
                 continue;
             }
@@ -278,11 +242,7 @@ fn marks((width, height): (usize, usize), told: &[f32], supposed: &[bool]) -> Ra
         true => Mark::MaybeSubject,
         false => Mark::MaybeBackground,
     };
-    Raster {
-        width,
-        height,
-        pixels: told.iter().zip(supposed).map(mark).collect(),
-    }
+    Raster { width, height, pixels: told.iter().zip(supposed).map(mark).collect() }
 }
 
 /// Makes what was painted exactly so, and drops soft pixels that this cut off.
@@ -297,9 +257,7 @@ fn force(alpha: &mut Mask, seeds: &Seeds) {
 
 fn codes(picture: &Encoded) -> Vec<[f64; 3]> {
     let pixels = picture.0.pixels.iter();
-    pixels
-        .map(|p| p.map(|v| f64::from(unit(v)) * 255.0))
-        .collect()
+    pixels.map(|p| p.map(|v| f64::from(unit(v)) * 255.0)).collect()
 }
 
 #[cfg(test)]

@@ -29,23 +29,13 @@ fn one_stroke_gives_back_a_patch_that_the_key_took_for_screen() {
     let after = scores(&found.matte.mask, &truth);
     assert!(after.0 >= 0.985 && after.1 <= 0.01, "{after:?}");
     // Far from the stroke nothing changes.
-    for (i, (a, b)) in found
-        .matte
-        .mask
-        .pixels
-        .iter()
-        .zip(&keyed.mask.pixels)
-        .enumerate()
-    {
+    for (i, (a, b)) in found.matte.mask.pixels.iter().zip(&keyed.mask.pixels).enumerate() {
         let (x, y) = (i % 220, i / 220);
         if !(80..140).contains(&x) || !(55..115).contains(&y) {
             assert_eq!(a, b, "at {x}, {y}");
         }
     }
-    assert!(
-        found.seeds.values().at(110, 72) > 0.5,
-        "what changed is told to other frames"
-    );
+    assert!(found.seeds.values().at(110, 72) > 0.5, "what changed is told to other frames");
     shown!(Pictures, "A patch of the subject is nearly as green as the screen behind it",
         danger: "a hole in the matte that no key can close",
         done: "one stroke with Keep closes it; nothing far from the stroke changes",
@@ -71,10 +61,8 @@ fn a_stroke_removes_what_is_no_subject() {
 
 #[test]
 fn strokes_alone_cut_out_a_subject_before_any_background() {
-    for (screen, of) in [
-        ([0.3, 0.3, 0.3], [0.5, 0.35, 0.2]),
-        ([0.25, 0.1, 0.1], [0.1, 0.15, 0.3]),
-    ] {
+    for (screen, of) in [([0.3, 0.3, 0.3], [0.5, 0.35, 0.2]), ([0.25, 0.1, 0.1], [0.1, 0.15, 0.3])]
+    {
         for size in [(220, 160), (1000, 700)] {
             let (picture, truth) = round(size, screen, of);
             let at = |x: f32, y: f32| [x * size.0 as f32, y * size.1 as f32];
@@ -83,16 +71,9 @@ fn strokes_alone_cut_out_a_subject_before_any_background() {
             assert!(only_one(&seeds).contains("keep"));
             seeds.paint(Side::Keep, 4.0, &[at(0.45, 0.5), at(0.55, 0.7)]);
             assert!(!seeds.hold_both() && only_one(&seeds).contains("Remove"));
-            let boxed = painted(
-                &picture,
-                &seeds,
-                Some([size.0 / 6, size.1 / 20, 2 * size.0 / 3, size.1]),
-            );
-            seeds.paint(
-                Side::Remove,
-                4.0,
-                &[at(0.05, 0.1), at(0.95, 0.1), at(0.95, 0.9)],
-            );
+            let boxed =
+                painted(&picture, &seeds, Some([size.0 / 6, size.1 / 20, 2 * size.0 / 3, size.1]));
+            seeds.paint(Side::Remove, 4.0, &[at(0.05, 0.1), at(0.95, 0.1), at(0.95, 0.9)]);
             for (found, how) in [(boxed, "box"), (painted(&picture, &seeds, None), "strokes")] {
                 let (iou, off) = scores(&found.unwrap().mask, &truth);
                 assert!(iou >= 0.985 && off <= 0.01, "{how} {size:?}: {iou} {off}");
@@ -107,20 +88,9 @@ fn what_was_painted_is_exactly_so_whatever_the_picture_shows() {
         for value in [0.5, f32::NAN] {
             let picture = Encoded(Raster::filled(size.0, size.1, [value; 3]));
             let mut seeds = Seeds::none(size);
-            seeds.paint(
-                Side::Keep,
-                2.0,
-                &[[0.4 * size.0 as f32, 0.5 * size.1 as f32]],
-            );
-            seeds.paint(
-                Side::Remove,
-                0.0,
-                &[[0.0, 0.0], [f32::NAN, 3.0], [1e9, -1e9]],
-            );
-            let start = Matte {
-                mask: Mask::filled(size.0, size.1, 0.5),
-                uncertain: 0.0,
-            };
+            seeds.paint(Side::Keep, 2.0, &[[0.4 * size.0 as f32, 0.5 * size.1 as f32]]);
+            seeds.paint(Side::Remove, 0.0, &[[0.0, 0.0], [f32::NAN, 3.0], [1e9, -1e9]]);
+            let start = Matte { mask: Mask::filled(size.0, size.1, 0.5), uncertain: 0.0 };
             let found = corrected(&picture, &start, &seeds).unwrap().matte.mask;
             for (alpha, told) in found.pixels.iter().zip(&seeds.values().pixels) {
                 assert!((0.0..=1.0).contains(alpha));
@@ -129,9 +99,7 @@ fn what_was_painted_is_exactly_so_whatever_the_picture_shows() {
         }
     }
     let other = Encoded(Raster::filled(5, 5, [0.5; 3]));
-    let said = painted(&other, &Seeds::none((4, 4)), None)
-        .unwrap_err()
-        .to_string();
+    let said = painted(&other, &Seeds::none((4, 4)), None).unwrap_err().to_string();
     assert!(said.contains("4 × 4") && said.contains("5 × 5"), "{said}");
 }
 

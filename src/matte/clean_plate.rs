@@ -45,17 +45,10 @@ pub fn by_clean_plate(picture: &Encoded, plate: &Encoded) -> Result<Matte> {
     let reduced = Reduced::of(picture);
     let small = reduced.small.0.size();
     let light = resize_area(&reduced.light, small.0, small.1);
-    let plate = Raster {
-        width: size.0,
-        height: size.1,
-        pixels: linear(plate),
-    };
+    let plate = Raster { width: size.0, height: size.1, pixels: linear(plate) };
     let small_plate = resize_area(&plate, small.0, small.1);
     let exposure = Exposure::of(&light, &small_plate)?;
-    let behind = Raster {
-        pixels: exposure.exposed(&small_plate.pixels),
-        ..small_plate
-    };
+    let behind = Raster { pixels: exposure.exposed(&small_plate.pixels), ..small_plate };
     let difference = Difference::of(&reduced.small, &behind);
     let different: Vec<bool> = difference.squares.iter().map(|&d| d > DIFFERENT).collect();
     let shown = different.iter().filter(|d| !**d).count() as f32 / different.len().max(1) as f32;
@@ -75,13 +68,8 @@ pub fn by_clean_plate(picture: &Encoded, plate: &Encoded) -> Result<Matte> {
                 })
                 .collect(),
         };
-        let known = Known {
-            behind: Some(&difference.costs),
-            ..Known::default()
-        };
-        cut = grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?
-            .subject
-            .pixels;
+        let known = Known { behind: Some(&difference.costs), ..Known::default() };
+        cut = grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?.subject.pixels;
         clean(&mut cut, small, |i| !different[i]);
     }
     Ok(reduced.matte(&cut, Some(&exposure.exposed(&plate.pixels))))
@@ -89,10 +77,7 @@ pub fn by_clean_plate(picture: &Encoded, plate: &Encoded) -> Result<Matte> {
 
 fn unlike(shown: f32) -> Error {
     Error::missing(
-        format!(
-            "only {:.0} % of the picture look like the clean plate",
-            100.0 * shown
-        ),
+        format!("only {:.0} % of the picture look like the clean plate", 100.0 * shown),
         "Give a clean plate of the same view: the camera must not have moved or zoomed since",
     )
 }
@@ -107,8 +92,7 @@ impl Exposure {
         let pairs: Vec<Option<[[f32; 3]; 2]>> = (light.pixels.iter().zip(&plate.pixels))
             .map(|(&a, &b)| {
                 let readable = |p: [f32; 3]| {
-                    p.iter()
-                        .all(|&v| v >= DARK && READABLE.contains(&srgb_from_linear(v)))
+                    p.iter().all(|&v| v >= DARK && READABLE.contains(&srgb_from_linear(v)))
                 };
                 (readable(a) && readable(b)).then(|| [log(a), log(b)])
             })
@@ -190,14 +174,10 @@ impl Difference {
         let (width, height) = size;
         let variance = |i: usize| -> [f32; 3] {
             let (x, y) = (i % width, i / width);
-            let (left, right) = (
-                codes.at(x.saturating_sub(1), y),
-                codes.at((x + 1).min(width - 1), y),
-            );
-            let (above, below) = (
-                codes.at(x, y.saturating_sub(1)),
-                codes.at(x, (y + 1).min(height - 1)),
-            );
+            let (left, right) =
+                (codes.at(x.saturating_sub(1), y), codes.at((x + 1).min(width - 1), y));
+            let (above, below) =
+                (codes.at(x, y.saturating_sub(1)), codes.at(x, (y + 1).min(height - 1)));
             std::array::from_fn(|c| {
                 let slope =
                     (0.5 * (right[c] - left[c])).powi(2) + (0.5 * (below[c] - above[c])).powi(2);
@@ -216,12 +196,7 @@ impl Difference {
         let (squares, costs): (Vec<_>, Vec<_>) = told.into_iter().unzip();
         let count = window::counts(size, 1);
         let squares = window::sums(&squares, size, 1);
-        Self {
-            squares: (0..squares.len())
-                .map(|i| squares[i][0] / count(i))
-                .collect(),
-            costs,
-        }
+        Self { squares: (0..squares.len()).map(|i| squares[i][0] / count(i)).collect(), costs }
     }
 }
 
@@ -286,9 +261,7 @@ mod tests {
     fn noise(x: usize, y: usize, seed: u32) -> f32 {
         let mixed = [x as u32, y as u32, seed]
             .iter()
-            .fold(0x9e37_79b9_u32, |h, &v| {
-                (h ^ v).wrapping_mul(0x85eb_ca6b).rotate_left(13)
-            });
+            .fold(0x9e37_79b9_u32, |h, &v| (h ^ v).wrapping_mul(0x85eb_ca6b).rotate_left(13));
         (mixed >> 8) as f32 / 16_777_216.0 - 0.5
     }
 
@@ -308,11 +281,7 @@ mod tests {
                     let a = truth.at(x, y);
                     let wall = wall(x, y, size);
                     // Skin on one side, cloth as the wall's on the other.
-                    let subject = if x > size.0 / 2 {
-                        [0.5, 0.3, 0.2]
-                    } else {
-                        [0.12, 0.1, 0.2]
-                    };
+                    let subject = if x > size.0 / 2 { [0.5, 0.3, 0.2] } else { [0.12, 0.1, 0.2] };
                     let mix = |c: usize| a * subject[c] + (1.0 - a) * wall[c];
                     std::array::from_fn(|c| seen(mix(c), x, y, 2 + c as u32))
                 }));
@@ -333,17 +302,12 @@ mod tests {
     #[test]
     fn an_empty_picture_has_an_empty_matte_and_another_place_is_refused() {
         let size = (200, 150);
-        let plate = Encoded(Raster::from_fn(200, 150, |x, y| {
-            wall(x, y, size).map(srgb_from_linear)
-        }));
+        let plate =
+            Encoded(Raster::from_fn(200, 150, |x, y| wall(x, y, size).map(srgb_from_linear)));
         let empty = by_clean_plate(&plate, &plate).unwrap();
         assert!(empty.mask.pixels.iter().all(|a| *a == 0.0));
         let other = Encoded(Raster::from_fn(200, 150, |x, y| {
-            [
-                0.5 + noise(x, y, 5),
-                0.5 + noise(x, y, 6),
-                0.5 + noise(x, y, 7),
-            ]
+            [0.5 + noise(x, y, 5), 0.5 + noise(x, y, 6), 0.5 + noise(x, y, 7)]
         }));
         match by_clean_plate(&other, &plate) {
             Ok(found) => assert!(found.mask.pixels.iter().all(|a| (0.0..=1.0).contains(a))),
@@ -351,10 +315,7 @@ mod tests {
         }
         let small = Encoded(Raster::filled(20, 15, [0.5; 3]));
         let said = by_clean_plate(&plate, &small).unwrap_err().to_string();
-        assert!(
-            said.contains("20 × 15") && said.contains("200 × 150"),
-            "{said}"
-        );
+        assert!(said.contains("20 × 15") && said.contains("200 × 150"), "{said}");
         for size in [(1, 1), (2, 1), (9, 7)] {
             for value in [0.5, f32::NAN] {
                 let even = Encoded(Raster::filled(size.0, size.1, [value; 3]));

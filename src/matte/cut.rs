@@ -24,11 +24,7 @@ pub struct Reduced {
 impl Reduced {
     pub fn of(picture: &Encoded) -> Self {
         let size = picture.0.size();
-        let light = Raster {
-            width: size.0,
-            height: size.1,
-            pixels: linear(picture),
-        };
+        let light = Raster { width: size.0, height: size.1, pixels: linear(picture) };
         let small = reduced_size(size);
         let small = match small == size {
             true => picture.clone(),
@@ -42,15 +38,10 @@ impl Reduced {
     /// Whether each pixel of the picture is inside of a cut at the reduced size.
     pub fn enlarged(&self, cut: &[bool]) -> Vec<bool> {
         let (width, height) = self.small.0.size();
-        let cut = Mask {
-            width,
-            height,
-            pixels: cut.iter().map(|&s| f32::from(u8::from(s))).collect(),
-        };
+        let cut =
+            Mask { width, height, pixels: cut.iter().map(|&s| f32::from(u8::from(s))).collect() };
         let (width, height) = self.light.size();
-        (resize(&cut, width, height).pixels.iter())
-            .map(|&share| share >= 0.5)
-            .collect()
+        (resize(&cut, width, height).pixels.iter()).map(|&share| share >= 0.5).collect()
     }
 
     /// The matte of a cut at the reduced size. `behind` is the background's light, where that is known.
@@ -99,13 +90,7 @@ fn soft(
                 *mean += v / total;
             }
         }
-        window::means(
-            |i| light[i],
-            &known,
-            size,
-            2 * reach,
-            vec![mean; light.len()],
-        )
+        window::means(|i| light[i], &known, size, 2 * reach, vec![mean; light.len()])
     };
     let subject = around(&core, true);
     let background = behind_light.map_or_else(|| around(&behind, false), <[[f32; 3]]>::to_vec);
@@ -126,17 +111,9 @@ fn soft(
         .collect();
     let smooth = guided(light, &mixed, size, 2);
     let in_doubt = |i: usize| !core[i] && !behind[i];
-    let mut alpha: Vec<f32> = (places.clone())
-        .map(|i| if in_doubt(i) { smooth[i] } else { mixed[i] })
-        .collect();
+    let mut alpha: Vec<f32> =
+        (places.clone()).map(|i| if in_doubt(i) { smooth[i] } else { mixed[i] }).collect();
     drop_loose(&mut alpha, size, inside);
     let uncertain = places.filter(|&i| in_doubt(i)).count() as f32 / alpha.len().max(1) as f32;
-    Matte {
-        mask: Mask {
-            width: size.0,
-            height: size.1,
-            pixels: alpha,
-        },
-        uncertain,
-    }
+    Matte { mask: Mask { width: size.0, height: size.1, pixels: alpha }, uncertain }
 }

@@ -26,11 +26,7 @@ pub fn flow_picture(picture: &Encoded) -> Encoded {
         return Encoded(picture.0.map(|p| p.map(unit)));
     }
     let side = |full: usize| (full * SIDE).div_ceil(longer);
-    let light = Raster {
-        width,
-        height,
-        pixels: linear(picture),
-    };
+    let light = Raster { width, height, pixels: linear(picture) };
     let small = resize_area(&light, side(width), side(height));
     Encoded(small.map(|p| p.map(srgb_from_linear)))
 }
@@ -89,11 +85,7 @@ impl Flow {
             let [dx, dy] = shifts.pixels[i];
             sample(of_other, (i % width) as f32 + dx, (i / width) as f32 + dy)
         });
-        Raster {
-            width,
-            height,
-            pixels: pixels.collect(),
-        }
+        Raster { width, height, pixels: pixels.collect() }
     }
 
     /// [`warped`](Self::warped) of a matte.
@@ -112,9 +104,7 @@ impl Flow {
                 ..self.shifts
             },
             trust: Mask {
-                pixels: (self.trust.pixels.iter().zip(&trust.pixels))
-                    .map(|(a, b)| a * b)
-                    .collect(),
+                pixels: (self.trust.pixels.iter().zip(&trust.pixels)).map(|(a, b)| a * b).collect(),
                 ..self.trust
             },
         }
@@ -123,10 +113,8 @@ impl Flow {
 
 /// Shifts at another size, in pixels of that size.
 fn scaled(shifts: &Raster<[f32; 2]>, (width, height): (usize, usize)) -> Raster<[f32; 2]> {
-    let (sx, sy) = (
-        width as f32 / shifts.width.max(1) as f32,
-        height as f32 / shifts.height.max(1) as f32,
-    );
+    let (sx, sy) =
+        (width as f32 / shifts.width.max(1) as f32, height as f32 / shifts.height.max(1) as f32);
     if shifts.size() == (width, height) {
         return shifts.clone();
     }
@@ -134,9 +122,7 @@ fn scaled(shifts: &Raster<[f32; 2]>, (width, height): (usize, usize)) -> Raster<
     Raster {
         width,
         height,
-        pixels: (x.pixels.iter().zip(&y.pixels))
-            .map(|(x, y)| [x * sx, y * sy])
-            .collect(),
+        pixels: (x.pixels.iter().zip(&y.pixels)).map(|(x, y)| [x * sx, y * sy]).collect(),
     }
 }
 
@@ -147,12 +133,8 @@ fn sample<const N: usize>(of: &Raster<[f32; N]>, x: f32, y: f32) -> [f32; N] {
     let (left, top) = (x as usize, y as usize);
     let (right, bottom) = ((left + 1).min(of.width - 1), (top + 1).min(of.height - 1));
     let (fx, fy) = (x - left as f32, y - top as f32);
-    let (a, b, c, d) = (
-        of.at(left, top),
-        of.at(right, top),
-        of.at(left, bottom),
-        of.at(right, bottom),
-    );
+    let (a, b, c, d) =
+        (of.at(left, top), of.at(right, top), of.at(left, bottom), of.at(right, bottom));
     std::array::from_fn(|i| {
         (1.0 - fy) * ((1.0 - fx) * a[i] + fx * b[i]) + fy * ((1.0 - fx) * c[i] + fx * d[i])
     })
@@ -235,9 +217,7 @@ fn trust(from: &Raster<[f32; 3]>, to: &Raster<[f32; 3]>, shifts: &Raster<[f32; 2
     let near = window::sums(&errors, size, 1);
     let count = window::counts(size, 1);
     let mean: Vec<f32> = (0..near.len()).map(|i| near[i][0] / count(i)).collect();
-    let noise = quantile(mean.clone(), 0.5)
-        .unwrap_or(0.0)
-        .clamp(FLAT, MOST_NOISE);
+    let noise = quantile(mean.clone(), 0.5).unwrap_or(0.0).clamp(FLAT, MOST_NOISE);
     Mask {
         width: size.0,
         height: size.1,
@@ -286,10 +266,7 @@ mod tests {
         let flow = Flow::between(&a, &b).then(&Flow::between(&b, &c));
         for (x, y) in [(30, 30), (60, 40), (50, 55)] {
             let found = flow.shifts.at(x, y);
-            assert!(
-                (found[0] - 3.5).abs() < 0.15 && found[1].abs() < 0.15,
-                "{found:?}"
-            );
+            assert!((found[0] - 3.5).abs() < 0.15 && found[1].abs() < 0.15, "{found:?}");
         }
     }
 

@@ -4,16 +4,8 @@
 use std::collections::VecDeque;
 
 /// Directions to the eight neighbours as columns and rows; direction `d` is opposite to `7 - d`.
-pub const NEIGHBOURS: [(isize, isize); 8] = [
-    (-1, -1),
-    (0, -1),
-    (1, -1),
-    (-1, 0),
-    (1, 0),
-    (-1, 1),
-    (0, 1),
-    (1, 1),
-];
+pub const NEIGHBOURS: [(isize, isize); 8] =
+    [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
 
 const TERMINAL: u8 = 8;
 const ORPHAN: u8 = 9;
@@ -305,9 +297,7 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             ((state >> 8) % n) as i32
         };
-        let terminals = (0..width * height)
-            .map(|_| (below(20), below(20)))
-            .collect();
+        let terminals = (0..width * height).map(|_| (below(20), below(20))).collect();
         let mut links = Vec::new();
         for y in 0..height {
             for x in 0..width {
@@ -324,9 +314,7 @@ mod tests {
 
     fn cost((terminals, links): &Costs, width: usize, source: &[bool]) -> i32 {
         let ends = terminals.iter().zip(source);
-        let ends: i32 = ends
-            .map(|(&(sink, own), &s)| if s { own } else { sink })
-            .sum();
+        let ends: i32 = ends.map(|(&(sink, own), &s)| if s { own } else { sink }).sum();
         let parted = links.iter().filter(|&&(x, y, d, _)| {
             let (across, down) = NEIGHBOURS[d];
             let other = (y as isize + down) as usize * width + (x as isize + across) as usize;

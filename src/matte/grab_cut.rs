@@ -109,9 +109,8 @@ pub fn grab_cut_knowing(
             format!("Reduce it to at most {MAX_PIXELS} pixels"),
         ));
     }
-    let colors: Vec<[f64; 3]> = (picture.0.pixels.iter())
-        .map(|pixel| pixel.map(|v| f64::from(unit(v)) * 255.0))
-        .collect();
+    let colors: Vec<[f64; 3]> =
+        (picture.0.pixels.iter()).map(|pixel| pixel.map(|v| f64::from(unit(v)) * 255.0)).collect();
     let mut subject: Vec<bool> = marks.pixels.iter().map(|mark| mark.is_subject()).collect();
     let side = |subject: &[bool], wanted: bool| -> Vec<[f64; 3]> {
         let sides = colors.iter().zip(subject);
@@ -123,10 +122,7 @@ pub fn grab_cut_knowing(
     let mut front = Mixture::split(&side(&subject, true))
         .ok_or_else(|| nothing("subject", "Mark a part of the subject to keep"))?;
     let mut back = Mixture::split(&side(&subject, false)).ok_or_else(|| {
-        nothing(
-            "background",
-            "Mark a part of what is behind the subject to remove",
-        )
+        nothing("background", "Mark a part of what is behind the subject to remove")
     })?;
     let links = links(&colors, width, height);
     let mut costs = Vec::new();
@@ -163,18 +159,10 @@ pub fn grab_cut_knowing(
             _ => (front - back) as f32,
         })
         .collect();
-    let raster = |pixels| Raster {
-        width,
-        height,
-        pixels,
-    };
+    let raster = |pixels| Raster { width, height, pixels };
     Ok(GrabCut {
         subject: raster(subject),
-        margin: Raster {
-            width,
-            height,
-            pixels: margin,
-        },
+        margin: Raster { width, height, pixels: margin },
         rounds: done,
     })
 }
@@ -184,30 +172,19 @@ pub fn grab_cut_knowing(
 fn links(colors: &[[f64; 3]], width: usize, height: usize) -> Vec<[i32; 4]> {
     let difference = |pixel: usize, d: usize| {
         let (across, down) = NEIGHBOURS[d];
-        let (x, y) = (
-            (pixel % width) as isize + across,
-            (pixel / width) as isize + down,
-        );
+        let (x, y) = ((pixel % width) as isize + across, (pixel / width) as isize + down);
         if !(0..width as isize).contains(&x) || y >= height as isize {
             return None;
         }
         let other = colors[y as usize * width + x as usize];
-        Some(
-            (0..3)
-                .map(|c| (colors[pixel][c] - other[c]).powi(2))
-                .sum::<f64>(),
-        )
+        Some((0..3).map(|c| (colors[pixel][c] - other[c]).powi(2)).sum::<f64>())
     };
     let (sum, count) = (0..colors.len())
         .flat_map(|pixel| (4..8).map(move |d| (pixel, d)))
         .filter_map(|(pixel, d)| difference(pixel, d))
         .fold((0.0, 0usize), |(sum, count), d| (sum + d, count + 1));
     // Even pictures have no edges to follow.
-    let beta = if sum > 0.0 {
-        count as f64 / (2.0 * sum)
-    } else {
-        0.0
-    };
+    let beta = if sum > 0.0 { count as f64 / (2.0 * sum) } else { 0.0 };
     (0..colors.len())
         .into_par_iter()
         .map(|pixel| {
@@ -218,9 +195,8 @@ fn links(colors: &[[f64; 3]], width: usize, height: usize) -> Vec<[i32; 4]> {
                 } else {
                     1.0
                 };
-                difference(pixel, d).map_or(0, |apart| {
-                    ((GAMMA / length) * (-beta * apart).exp() * SCALE) as i32
-                })
+                difference(pixel, d)
+                    .map_or(0, |apart| ((GAMMA / length) * (-beta * apart).exp() * SCALE) as i32)
             })
         })
         .collect()

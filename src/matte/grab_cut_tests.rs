@@ -41,10 +41,7 @@ fn overlap(a: &Raster<bool>, b: &Raster<bool>) -> f64 {
 /// All but a border of a picture.
 fn within_border(size: (usize, usize), border: usize) -> Raster<Mark> {
     let (width, height) = size;
-    rectangle(
-        size,
-        [border, border, width - 2 * border, height - 2 * border],
-    )
+    rectangle(size, [border, border, width - 2 * border, height - 2 * border])
 }
 
 /// Interview frames of the shared shoot, with their mattes. Empty without it.
@@ -88,12 +85,10 @@ fn it_cuts_as_opencv_does() {
             let marks = within_border(picture.0.size(), 6);
             (picture, marks)
         });
-    let filmed = interview(&[0, 7, 13, 20, 27, 34])
-        .into_iter()
-        .map(|(picture, _)| {
-            let marks = person_box(picture.0.size());
-            (picture, marks)
-        });
+    let filmed = interview(&[0, 7, 13, 20, 27, 34]).into_iter().map(|(picture, _)| {
+        let marks = person_box(picture.0.size());
+        (picture, marks)
+    });
     for (i, (picture, marks)) in drawn.into_iter().chain(filmed).enumerate() {
         let labels = marks.map(|mark| match mark {
             Mark::Background => 0.0,
@@ -112,15 +107,10 @@ fn it_cuts_as_opencv_does() {
             let side = sides.filter(|s| s.1.is_subject() == subject).map(|s| *s.0);
             start_for_opencv(&side.collect::<Vec<_>>())
         });
-        let bytes: Vec<u8> = start
-            .iter()
-            .flatten()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
+        let bytes: Vec<u8> = start.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         std::fs::write(file("start.f64"), bytes).unwrap();
         let mut peer = Command::new(&python);
-        peer.arg(&script)
-            .args(["picture.png", "marks.png", "start.f64"].map(file));
+        peer.arg(&script).args(["picture.png", "marks.png", "start.f64"].map(file));
         peer.arg("5").arg(file("out.png"));
         assert!(peer.status().unwrap().success());
         let theirs = read_mask(&file("out.png")).unwrap().map(|v| v > 0.5);
@@ -151,10 +141,7 @@ fn a_box_around_a_drawn_disc_is_enough_on_any_number_of_threads() {
         let overlap = overlap(&found.subject, &truth);
         assert!(overlap >= 0.985, "seed {seed}: {overlap}");
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3);
-        let again = pool
-            .build()
-            .unwrap()
-            .install(|| grab_cut(&picture, &marks, 8));
+        let again = pool.build().unwrap().install(|| grab_cut(&picture, &marks, 8));
         let again = again.unwrap();
         assert_eq!(again.subject, found.subject);
         assert_eq!(again.margin, found.margin);
@@ -186,19 +173,14 @@ fn what_a_person_marked_stays() {
 #[test]
 fn pictures_and_marks_that_say_nothing_end_in_a_sentence() {
     let (picture, _) = drawn(20, 20, 1);
-    for (mark, missing) in [
-        (Mark::MaybeSubject, "background"),
-        (Mark::MaybeBackground, "subject"),
-    ] {
+    for (mark, missing) in [(Mark::MaybeSubject, "background"), (Mark::MaybeBackground, "subject")]
+    {
         let said = grab_cut(&picture, &Raster::filled(20, 20, mark), 5).unwrap_err();
         assert!(said.to_string().contains(missing), "{said}");
     }
     let other = Raster::filled(19, 20, Mark::MaybeSubject);
     let said = grab_cut(&picture, &other, 5).unwrap_err().to_string();
-    assert!(
-        said.contains("19 × 20") && said.contains("20 × 20"),
-        "{said}"
-    );
+    assert!(said.contains("19 × 20") && said.contains("20 × 20"), "{said}");
     let large = Encoded(Raster::filled(MAX_PIXELS + 1, 1, [0.5; 3]));
     let marks = Raster::filled(MAX_PIXELS + 1, 1, Mark::MaybeSubject);
     let said = grab_cut(&large, &marks, 5).unwrap_err().to_string();

@@ -23,11 +23,9 @@ const LEAST: f32 = 0.01;
 pub fn guessed(picture: &Encoded, find: impl Fn(&Encoded) -> Result<Mask>) -> Result<Matte> {
     let shown = Shown::of(picture);
     let (left, top) = (shown.columns.start, shown.rows.start);
-    let without_bars = Encoded(Raster::from_fn(
-        shown.columns.len(),
-        shown.rows.len(),
-        |x, y| picture.0.at(left + x, top + y),
-    ));
+    let without_bars = Encoded(Raster::from_fn(shown.columns.len(), shown.rows.len(), |x, y| {
+        picture.0.at(left + x, top + y)
+    }));
     let found = find(&without_bars)?;
     let reduced = Reduced::of(&without_bars);
     let small = reduced.small.0.size();
@@ -60,16 +58,10 @@ pub fn guessed(picture: &Encoded, find: impl Fn(&Encoded) -> Result<Mask>) -> Re
     clean(&mut cut, small, |i| guess.pixels[i] < 0.5);
     let inner = reduced.matte(&cut, None);
     let mut mask = picture.0.map(|_| 0.0);
-    for (row, from) in shown
-        .rows
-        .zip(inner.mask.pixels.chunks(shown.columns.len()))
-    {
+    for (row, from) in shown.rows.zip(inner.mask.pixels.chunks(shown.columns.len())) {
         let start = row * mask.width + left;
         mask.pixels[start..start + from.len()].copy_from_slice(from);
     }
     let unsure = share(&|p| (1.0 - SURE..=SURE).contains(&p));
-    Ok(Matte {
-        mask,
-        uncertain: inner.uncertain.max(unsure),
-    })
+    Ok(Matte { mask, uncertain: inner.uncertain.max(unsure) })
 }

@@ -56,14 +56,7 @@ impl Key {
         drop_loose(&mut alpha, size, &inside);
         let told = (0..alpha.len()).filter(|&i| places.core[i] || places.screen[i]);
         let uncertain = 1.0 - told.count() as f32 / alpha.len() as f32;
-        Ok(Matte {
-            mask: Mask {
-                width: size.0,
-                height: size.1,
-                pixels: alpha,
-            },
-            uncertain,
-        })
+        Ok(Matte { mask: Mask { width: size.0, height: size.1, pixels: alpha }, uncertain })
     }
 
     /// The screen's light at every pixel, behind the subject too: a polynomial of second order in the logarithm, fitted to
@@ -81,10 +74,7 @@ impl Key {
         let mut fitted = Vec::new();
         for _ in 0..3 {
             let fit = Surface::of(light, &certain, size).ok_or_else(|| self.gone())?;
-            fitted = (0..light.len())
-                .into_par_iter()
-                .map(|i| fit.at(i, size))
-                .collect();
+            fitted = (0..light.len()).into_par_iter().map(|i| fit.at(i, size)).collect();
             let off =
                 |i: usize| self.hue.difference(light[i]) / self.hue.difference(fitted[i]) - 1.0;
             let known: Vec<usize> = (0..light.len()).filter(|&i| certain[i]).collect();
@@ -160,11 +150,7 @@ impl Cut {
         let (middle, _) = otsu(share, (-0.5, 1.5)).unwrap_or((0.5, 0.0));
         let noise = spread(share.iter().copied().filter(|&s| s > 0.75), 1.0).max(LEAST_NOISE);
         let screen = (1.0 - SIGMAS * noise).max(0.5);
-        Self {
-            middle: middle.min(screen).max(0.25),
-            screen,
-            noise,
-        }
+        Self { middle: middle.min(screen).max(0.25), screen, noise }
     }
 }
 
@@ -287,11 +273,7 @@ impl Shown {
             true => from..length - to,
             false => 0..length,
         };
-        Self {
-            columns: within(left, right, width),
-            rows: within(top, bottom, height),
-            width,
-        }
+        Self { columns: within(left, right, width), rows: within(top, bottom, height), width }
     }
 
     /// The nearest place that is on no bar.

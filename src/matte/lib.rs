@@ -56,11 +56,7 @@ fn linear(picture: &Encoded) -> Vec<[f32; 3]> {
 fn quantile(mut values: Vec<f32>, share: f32) -> Option<f32> {
     let last = values.len().checked_sub(1)?;
     let at = (share * last as f32).round() as usize;
-    Some(
-        *values
-            .select_nth_unstable_by(at.min(last), f32::total_cmp)
-            .1,
-    )
+    Some(*values.select_nth_unstable_by(at.min(last), f32::total_cmp).1)
 }
 
 /// A robust standard deviation: 1.4826 times the median distance to `center` (Rousseeuw and Croux 1993); 0 of no values.

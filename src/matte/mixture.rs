@@ -62,9 +62,8 @@ impl Normal {
         };
         let others = [[1, 2], [0, 2], [0, 1]];
         let sign = |i: usize, j: usize| if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
-        let determinant: f64 = (0..3)
-            .map(|j| sign(0, j) * c[0][j] * minor([1, 2], others[j]))
-            .sum();
+        let determinant: f64 =
+            (0..3).map(|j| sign(0, j) * c[0][j] * minor([1, 2], others[j])).sum();
         // A covariance with this much on its diagonal is no smaller; sums of large numbers may say otherwise.
         let determinant = determinant.max(LEAST_VARIANCE.powi(3));
         let mut precision = Matrix::default();
@@ -83,9 +82,8 @@ impl Normal {
     /// Logarithm of the weighted density, but for a constant.
     fn log(&self, color: [f64; 3]) -> f64 {
         let d = [0, 1, 2].map(|i| color[i] - self.mean[i]);
-        let distance: f64 = (0..3)
-            .map(|i| d[i] * (0..3).map(|j| self.precision[i][j] * d[j]).sum::<f64>())
-            .sum();
+        let distance: f64 =
+            (0..3).map(|i| d[i] * (0..3).map(|j| self.precision[i][j] * d[j]).sum::<f64>()).sum();
         self.level - 0.5 * distance.max(0.0)
     }
 }
@@ -137,9 +135,7 @@ fn split(colors: &[[f64; 3]]) -> Vec<Moments> {
     let mut groups = vec![colors.to_vec()];
     while groups.len() < COMPONENTS {
         let axes = groups.iter().map(|group| principal(&moments(group)));
-        let widest = axes
-            .enumerate()
-            .max_by(|a, b| a.1.1.total_cmp(&b.1.1).then(b.0.cmp(&a.0)));
+        let widest = axes.enumerate().max_by(|a, b| a.1.1.total_cmp(&b.1.1).then(b.0.cmp(&a.0)));
         let Some((place, (axis, variance))) = widest else {
             break;
         };
@@ -148,9 +144,8 @@ fn split(colors: &[[f64; 3]]) -> Vec<Moments> {
         }
         let group = groups.swap_remove(place);
         let middle = dot(axis, moments(&group).mean());
-        let (low, high): (Vec<_>, Vec<_>) = group
-            .into_iter()
-            .partition(|&color| dot(axis, color) <= middle);
+        let (low, high): (Vec<_>, Vec<_>) =
+            group.into_iter().partition(|&color| dot(axis, color) <= middle);
         groups.extend([low, high].into_iter().filter(|group| !group.is_empty()));
     }
     groups.iter().map(|group| moments(group)).collect()
@@ -166,10 +161,7 @@ pub fn start_for_opencv(colors: &[[f64; 3]]) -> Vec<f64> {
     let mut weights = Vec::new();
     let (mut means, mut covariances) = (Vec::new(), Vec::new());
     for group in &groups {
-        let some = Moments {
-            count: group.count.max(1.0),
-            ..*group
-        };
+        let some = Moments { count: group.count.max(1.0), ..*group };
         weights.push(group.count / colors.len() as f64);
         means.extend(some.mean());
         let mut covariance = some.covariance();

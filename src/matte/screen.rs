@@ -144,18 +144,14 @@ fn mode(chromas: &[[f32; 2]]) -> Option<[f32; 2]> {
     let smooth = |x: usize, y: usize| -> usize {
         let rows = y.saturating_sub(1)..(y + 2).min(BINS);
         rows.map(|y| {
-            counts[y * BINS..][x.saturating_sub(1)..(x + 2).min(BINS)]
-                .iter()
-                .sum::<usize>()
+            counts[y * BINS..][x.saturating_sub(1)..(x + 2).min(BINS)].iter().sum::<usize>()
         })
         .sum()
     };
     let places = (0..BINS * BINS).map(|i| (i % BINS, i / BINS));
     let (x, y) = places.max_by_key(|&(x, y)| (smooth(x, y), counts[y * BINS + x]))?;
     let inside = |v: f32, at: usize| bin(v).abs_diff(at) <= 1;
-    let near: Vec<_> = (chromas.iter())
-        .filter(|c| inside(c[0], x) && inside(c[1], y))
-        .collect();
+    let near: Vec<_> = (chromas.iter()).filter(|c| inside(c[0], x) && inside(c[1], y)).collect();
     let mean = |c: usize| near.iter().map(|v| v[c]).sum::<f32>() / near.len() as f32;
     (!near.is_empty()).then(|| [mean(0), mean(1)])
 }

@@ -55,9 +55,8 @@ impl Seeds {
             Side::Keep => 1.0,
             Side::Remove => -1.0,
         };
-        let sound: Vec<[f32; 2]> = (points.iter().copied())
-            .filter(|p| p.iter().all(|v| v.is_finite()))
-            .collect();
+        let sound: Vec<[f32; 2]> =
+            (points.iter().copied()).filter(|p| p.iter().all(|v| v.is_finite())).collect();
         if let [point] = sound[..] {
             self.segment(value, radius, point, point);
         }
@@ -111,11 +110,7 @@ impl Seeds {
         }
         let range = |at: usize, of: usize, full: usize| {
             let first = at * full / of.max(1);
-            first
-                ..((at + 1) * full)
-                    .div_ceil(of.max(1))
-                    .max(first + 1)
-                    .min(full)
+            first..((at + 1) * full).div_ceil(of.max(1)).max(first + 1).min(full)
         };
         Self(Raster::from_fn(width, height, |x, y| {
             let (mut most, mut least) = (0.0_f32, 0.0_f32);

@@ -63,9 +63,8 @@ pub fn steadied(picture: &Encoded, matte: &Mask, others: &[(&Encoded, &Mask, &Fl
             .collect();
         let near = window::sums(&apart, size, 1);
         let count = window::counts(size, 1);
-        let mean: Vec<f32> = (near.par_iter().enumerate())
-            .map(|(i, sum)| sum[0] / count(i))
-            .collect();
+        let mean: Vec<f32> =
+            (near.par_iter().enumerate()).map(|(i, sum)| sum[0] / count(i)).collect();
         let noise = quantile(mean.iter().copied().step_by(7).collect(), 0.5);
         let noise = noise.unwrap_or(0.0).clamp(LEAST_NOISE, MOST_NOISE);
         (sums.par_iter_mut().enumerate()).for_each(|(i, [sum, weights])| {
@@ -77,9 +76,7 @@ pub fn steadied(picture: &Encoded, matte: &Mask, others: &[(&Encoded, &Mask, &Fl
     Mask {
         width: matte.width,
         height: matte.height,
-        pixels: (sums.iter())
-            .map(|[sum, weights]| (sum / weights).clamp(0.0, 1.0))
-            .collect(),
+        pixels: (sums.iter()).map(|[sum, weights]| (sum / weights).clamp(0.0, 1.0)).collect(),
     }
 }
 
@@ -104,11 +101,7 @@ mod tests {
             let wall = 0.25 + 0.05 * ((x / 6 + y / 8) % 2) as f32;
             [a * skin + (1.0 - a) * wall; 3]
         });
-        let found = alpha(if frame.is_multiple_of(2) {
-            wavering
-        } else {
-            -wavering
-        });
+        let found = alpha(if frame.is_multiple_of(2) { wavering } else { -wavering });
         (Encoded(picture), found, truth)
     }
 
@@ -155,10 +148,7 @@ mod tests {
         let mean = most.sum::<f32>() / matte.pixels.len() as f32;
         assert!(mean < 0.005, "{mean}");
         let small = Mask::filled(3, 3, 1.0);
-        assert_eq!(
-            steadied(&picture, &matte, &[(&other, &small, &flow)]),
-            matte
-        );
+        assert_eq!(steadied(&picture, &matte, &[(&other, &small, &flow)]), matte);
         assert!(flicker(&matte, &small, &flow).is_none());
     }
 }

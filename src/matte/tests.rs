@@ -18,10 +18,7 @@ pub fn scores(found: &Mask, truth: &Mask) -> (f32, f32) {
     let both = pairs().filter(|(a, b)| **a >= 0.5 && **b >= 0.5).count();
     let any = pairs().filter(|(a, b)| **a >= 0.5 || **b >= 0.5).count();
     let off = pairs().map(|(a, b)| (a - b).abs()).sum::<f32>();
-    (
-        both as f32 / any.max(1) as f32,
-        off / found.pixels.len() as f32,
-    )
+    (both as f32 / any.max(1) as f32, off / found.pixels.len() as f32)
 }
 
 fn files(folder: &Path) -> Vec<std::path::PathBuf> {
@@ -37,9 +34,7 @@ fn frames(shoot: &Path, step: usize) -> (f32, f32) {
     for path in files(&shoot.join("interview")).iter().step_by(step) {
         let picture = file::read_encoded(path).unwrap();
         let found = key(&picture).unwrap().matte(&picture).unwrap();
-        let truth = shoot
-            .join("interview_masks")
-            .join(path.file_name().unwrap());
+        let truth = shoot.join("interview_masks").join(path.file_name().unwrap());
         let (iou, off) = scores(&found.mask, &file::read_mask(&truth).unwrap());
         println!(
             "{} IoU {iou:.4}, error {off:.5}, uncertain {:.3}",
@@ -54,10 +49,7 @@ fn frames(shoot: &Path, step: usize) -> (f32, f32) {
 /// The worst scores of a shoot's poses, by the brightest of their OLATs.
 fn poses(shoot: &Path) -> (f32, f32) {
     let mut worst = (1.0_f32, 0.0_f32);
-    for folder in files(&shoot.join("exemplars"))
-        .iter()
-        .filter(|f| f.is_dir())
-    {
+    for folder in files(&shoot.join("exemplars")).iter().filter(|f| f.is_dir()) {
         let mut brightest: Option<Encoded> = None;
         for path in files(folder) {
             let picture = file::read_encoded(&path).unwrap();
@@ -91,21 +83,13 @@ fn mattes_of_the_shared_shoot_are_those_of_its_truth() {
 fn mattes_of_virtual_stages_are_those_of_their_truth() {
     for seed in [3, 17] {
         let folder = tempfile::tempdir().unwrap();
-        let settings = StageSettings {
-            frames: 2,
-            size: 128,
-            lamps: 6,
-            seed,
-            ..StageSettings::default()
-        };
+        let settings =
+            StageSettings { frames: 2, size: 128, lamps: 6, seed, ..StageSettings::default() };
         write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
         let (iou, off) = frames(folder.path(), 1);
         assert!(iou >= 0.985 && off <= 0.01, "seed {seed}: {iou} {off}");
         let (iou, off) = poses(folder.path());
-        assert!(
-            iou >= POSES.0 && off <= POSES.1,
-            "seed {seed} poses: {iou} {off}"
-        );
+        assert!(iou >= POSES.0 && off <= POSES.1, "seed {seed} poses: {iou} {off}");
     }
 }
 
@@ -128,16 +112,8 @@ pub fn round(size: (usize, usize), screen: [f32; 3], of: [f32; 3]) -> (Encoded, 
 #[test]
 fn uneven_green_and_blue_screens_are_keyed() {
     let mut worst = (1.0_f32, 0.0_f32);
-    for (screen, hue) in [
-        ([0.05, 0.4, 0.1], Hue::Green),
-        ([0.05, 0.12, 0.5], Hue::Blue),
-    ] {
-        for of in [
-            [0.4, 0.25, 0.2],
-            [0.02, 0.02, 0.02],
-            [0.8, 0.8, 0.75],
-            [0.2, 0.2, 0.05],
-        ] {
+    for (screen, hue) in [([0.05, 0.4, 0.1], Hue::Green), ([0.05, 0.12, 0.5], Hue::Blue)] {
+        for of in [[0.4, 0.25, 0.2], [0.02, 0.02, 0.02], [0.8, 0.8, 0.75], [0.2, 0.2, 0.05]] {
             let (picture, truth) = round((150, 110), screen, of);
             let key = key(&picture).unwrap();
             assert_eq!(key.hue, hue);
@@ -174,27 +150,16 @@ fn a_picture_without_a_screen_is_refused_and_one_without_a_subject_is_empty() {
         for color in [[0.0; 3], [0.5; 3], [1.0; 3], [0.7, 0.5, 0.4], [f32::NAN; 3]] {
             let picture = Encoded(Raster::filled(width, height, color));
             let said = key(&picture).unwrap_err().to_string();
-            assert!(
-                said.contains("no green or blue screen") && said.contains("mattes"),
-                "{said}"
-            );
+            assert!(said.contains("no green or blue screen") && said.contains("mattes"), "{said}");
             assert!(lit(&picture).unwrap_err().to_string().contains("mattes"));
         }
         for color in [[0.2, 0.6, 0.3], [0.1, 0.2, 0.6]] {
             let picture = Encoded(Raster::filled(width, height, color));
             let key = key(&picture).unwrap();
             let matte = key.matte(&picture).unwrap();
-            assert!(
-                matte.mask.pixels.iter().all(|a| *a == 0.0),
-                "{width} × {height}"
-            );
+            assert!(matte.mask.pixels.iter().all(|a| *a == 0.0), "{width} × {height}");
             let other = Encoded(Raster::filled(width, height, [0.5; 3]));
-            assert!(
-                key.matte(&other)
-                    .unwrap_err()
-                    .to_string()
-                    .contains("does not show")
-            );
+            assert!(key.matte(&other).unwrap_err().to_string().contains("does not show"));
         }
     }
 }
@@ -267,17 +232,9 @@ fn a_box_is_enough_before_any_background() {
 #[test]
 fn a_box_that_says_nothing_ends_in_a_sentence() {
     let (picture, _) = round((60, 40), [0.3; 3], [0.5, 0.35, 0.2]);
-    for of in [
-        [0, 0, 60, 40],
-        [0, 0, usize::MAX, usize::MAX],
-        [5, 5, 0, 0],
-        [100, 100, 5, 5],
-    ] {
+    for of in [[0, 0, 60, 40], [0, 0, usize::MAX, usize::MAX], [5, 5, 0, 0], [100, 100, 5, 5]] {
         let said = boxed(&picture, of).unwrap_err().to_string();
-        assert!(
-            said.contains("60 × 40") && said.contains("Draw the box"),
-            "{said}"
-        );
+        assert!(said.contains("60 × 40") && said.contains("Draw the box"), "{said}");
     }
     for (width, height) in [(1, 1), (2, 1), (9, 7)] {
         for value in [0.5, f32::NAN] {

@@ -45,10 +45,7 @@ fn along<const N: usize>(
             summed.collect()
         })
         .collect();
-    (0..width * height)
-        .into_par_iter()
-        .map(|i| rows[i % height][i / height])
-        .collect()
+    (0..width * height).into_par_iter().map(|i| rows[i % height][i / height]).collect()
 }
 
 /// How many places each window holds.

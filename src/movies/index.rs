@@ -44,19 +44,11 @@ impl Stamp {
     pub fn of(path: &Path) -> Result<Self> {
         let file = base::files::open(path).and_then(|file| file.metadata());
         let data = file.map_err(|e| {
-            Error::io(
-                "open",
-                path,
-                e,
-                "Check that the movie is there and can be read",
-            )
+            Error::io("open", path, e, "Check that the movie is there and can be read")
         })?;
         let changed = data.modified().ok();
         let since = changed.and_then(|at| at.duration_since(SystemTime::UNIX_EPOCH).ok());
-        Ok(Self {
-            bytes: data.len(),
-            changed: since.map_or(0, |since| since.as_nanos()),
-        })
+        Ok(Self { bytes: data.len(), changed: since.map_or(0, |since| since.as_nanos()) })
     }
 
     fn to_bytes(self) -> [u8; 24] {
@@ -109,14 +101,8 @@ impl Index {
     /// # Errors
     /// As [`Self::of`].
     pub fn listed(path: &Path, info: &Info, stamp: Stamp, tools: &Tools) -> Result<Self> {
-        let kept = tools
-            .cache
-            .as_ref()
-            .map(|folder| kept_at(folder, path, info.stream));
-        if let Some(listed) = kept
-            .as_ref()
-            .and_then(|kept| Listed::open(kept, path, stamp))
-        {
+        let kept = tools.cache.as_ref().map(|folder| kept_at(folder, path, info.stream));
+        if let Some(listed) = kept.as_ref().and_then(|kept| Listed::open(kept, path, stamp)) {
             return Ok(Self::Listed(Arc::new(listed)));
         }
         Ok(Self::Listed(Listed::make(path, info, stamp, kept, tools)?))
@@ -144,9 +130,7 @@ impl Index {
             }
             Self::Listed(listed) => {
                 let there = listed.wait(frame.saturating_add(1))? > frame;
-                there
-                    .then(|| listed.read(frame).map(|(time, _)| time))
-                    .transpose()
+                there.then(|| listed.read(frame).map(|(time, _)| time)).transpose()
             }
         }
     }
@@ -200,10 +184,7 @@ impl Listed {
         let is_same = magic == MAGIC && said[..24] == stamp.to_bytes();
         (is_whole && is_same).then(|| Self {
             file: Mutex::new(file),
-            state: Mutex::new(State {
-                count,
-                ended: Some(Ok(())),
-            }),
+            state: Mutex::new(State { count, ended: Some(Ok(())) }),
             grown: Condvar::new(),
             name: movie.to_path_buf(),
         })
@@ -221,22 +202,11 @@ impl Listed {
             remove_old(kept.parent()?);
             base::files::Unfinished::beside(kept).ok()
         });
-        let refuse = |e| {
-            Error::io(
-                "write",
-                std::env::temp_dir(),
-                e,
-                "Check that the disk has room",
-            )
-        };
+        let refuse =
+            |e| Error::io("write", std::env::temp_dir(), e, "Check that the disk has room");
         let (file, mut out) = match &unfinished {
             Some(unfinished) => {
-                let open = || {
-                    OpenOptions::new()
-                        .read(true)
-                        .write(true)
-                        .open(unfinished.path())
-                };
+                let open = || OpenOptions::new().read(true).write(true).open(unfinished.path());
                 (open().map_err(refuse)?, open().map_err(refuse)?)
             }
             None => {
@@ -271,9 +241,7 @@ impl Listed {
                 let mut head = MAGIC.to_vec();
                 head.extend(stamp.to_bytes());
                 head.extend(count.to_le_bytes());
-                (out.seek(SeekFrom::Start(0))
-                    .and_then(|_| out.write_all(&head)))
-                .map_err(say)?;
+                (out.seek(SeekFrom::Start(0)).and_then(|_| out.write_all(&head))).map_err(say)?;
                 Ok(count)
             };
             let mut ended = add(Times::Packets);
@@ -355,16 +323,8 @@ fn list(
         Times::Frames => "frame=best_effort_timestamp",
     };
     let stream = stream.to_string();
-    let words = [
-        "-v",
-        "error",
-        "-of",
-        "csv=p=0",
-        "-select_streams",
-        &stream,
-        "-show_entries",
-        entries,
-    ];
+    let words =
+        ["-v", "error", "-of", "csv=p=0", "-select_streams", &stream, "-show_entries", entries];
     let mut arguments: Vec<std::ffi::OsString> = words.map(Into::into).to_vec();
     arguments.extend(process::input(path));
     let mut process = Process::start(&tools.ffprobe, arguments).map_err(|e| e.to_string())?;
@@ -373,14 +333,10 @@ fn list(
     let (output, signs) = (process.output(), process.signs.clone());
     std::thread::spawn(move || {
         let mut sorted = Sorted::default();
-        let lines = output
-            .into_iter()
-            .flat_map(|output| BufReader::new(output).lines());
+        let lines = output.into_iter().flat_map(|output| BufReader::new(output).lines());
         for line in lines {
             signs.fetch_add(1, Ordering::Relaxed);
-            let piece = line
-                .map_err(|e| e.to_string())
-                .and_then(|line| sorted.take(&line, times));
+            let piece = line.map_err(|e| e.to_string()).and_then(|line| sorted.take(&line, times));
             let failed = piece.is_err();
             if let Some(piece) = piece.transpose()
                 && (send.send(piece).is_err() || failed)
@@ -391,10 +347,7 @@ fn list(
         let _ = send.send(sorted.rest());
     });
     let mut found = false;
-    while let Some(piece) = process
-        .wait(&pieces, tools.patience)
-        .map_err(|e| e.to_string())?
-    {
+    while let Some(piece) = process.wait(&pieces, tools.patience).map_err(|e| e.to_string())? {
         let piece = piece?;
         found |= !piece.is_empty();
         add(piece)?;
@@ -437,8 +390,7 @@ impl Sorted {
         };
         (self.step, self.newest) = (time.saturating_sub(self.newest), time);
         let packed = time.checked_mul(2).ok_or("its time stamps are too large")?;
-        self.heap
-            .push(Reverse(packed | i64::from(flags.contains('K'))));
+        self.heap.push(Reverse(packed | i64::from(flags.contains('K'))));
         if self.heap.len() > REORDERED {
             self.pop()?;
         }

@@ -104,24 +104,13 @@ impl Info {
     /// When the file is not a movie that ffmpeg reads, has no pictures, or claims impossible ones.
     pub(crate) fn read(path: &Path, tools: &Tools) -> Result<Self> {
         const REMEDY: &str = "Check that the file is whole, or convert it: ffmpeg -i FILE -c:v prores_ks -profile:v 4 NEW.mov";
-        let words = [
-            "-v",
-            "error",
-            "-of",
-            "json",
-            "-show_streams",
-            "-show_format",
-        ];
+        let words = ["-v", "error", "-of", "json", "-show_streams", "-show_format"];
         let mut arguments: Vec<_> = words.map(Into::into).to_vec();
         arguments.extend(process::input(path));
         let said = process::run(&tools.ffprobe, arguments, tools.patience)?;
         let refuse = |cause: &str| Error::codec("read", path, cause, REMEDY);
         let bytes = said.map_err(|words| {
-            refuse(if words.is_empty() {
-                "ffprobe refused it"
-            } else {
-                &words
-            })
+            refuse(if words.is_empty() { "ffprobe refused it" } else { &words })
         })?;
         let listing: Listing =
             serde_json::from_slice(&bytes).map_err(|e| refuse(&e.to_string()))?;
@@ -131,10 +120,7 @@ impl Info {
         };
         let video = listing.streams.iter().find(is_video);
         let video = video.ok_or_else(|| refuse("it holds no pictures"))?;
-        let is_known = video
-            .codec_name
-            .as_deref()
-            .is_some_and(|name| name != "unknown");
+        let is_known = video.codec_name.as_deref().is_some_and(|name| name != "unknown");
         let tag = video.codec_tag_string.as_deref().filter(|_| !is_known);
         if let Some(program) = tag.and_then(raw_tag) {
             return Err(raw(path, program));
@@ -149,10 +135,7 @@ impl Info {
             let codec = video.codec_name.as_deref().unwrap_or("unknown");
             return Err(format!("ffmpeg cannot decode its pictures (codec {codec})"));
         }
-        let aspect = video
-            .sample_aspect_ratio
-            .as_deref()
-            .and_then(|s| ratio(s, ':'));
+        let aspect = video.sample_aspect_ratio.as_deref().and_then(|s| ratio(s, ':'));
         let aspect = aspect.map_or(1.0, |(a, b)| a as f64 / b as f64);
         let square = (width as f64 * aspect).round().max(1.0);
         if !(0.01..=100.0).contains(&aspect) || square * height as f64 > MAX_PIXELS as f64 {
@@ -165,11 +148,7 @@ impl Info {
         let turns = turns.or(tagged).unwrap_or(0.0);
         let is_upright = ((turns / 90.0).round() as i64).rem_euclid(2) == 1;
         let square = (square as usize, height);
-        let size = if is_upright {
-            (square.1, square.0)
-        } else {
-            square
-        };
+        let size = if is_upright { (square.1, square.0) } else { square };
         let [rate, average] = [&video.r_frame_rate, &video.avg_frame_rate]
             .map(|said| said.as_deref().and_then(|said| ratio(said, '/')));
         let seconds = average.or(rate).unwrap_or((24, 1));
@@ -177,9 +156,7 @@ impl Info {
         let time_base = time_base.ok_or("its time stamps have no unit")?;
         let codec = video.codec_name.clone().unwrap_or_default();
         let is_intra = INTRA.contains(&&*codec);
-        let even = (rate == average)
-            .then(|| even(video, rate?, time_base))
-            .flatten();
+        let even = (rate == average).then(|| even(video, rate?, time_base)).flatten();
         let is_rgb = ["rgb", "bgr", "gbr", "argb", "abgr", "pal8", "gray", "mono"]
             .iter()
             .any(|start| format.starts_with(start));
@@ -221,18 +198,14 @@ impl Info {
                 (_, true) => "full range",
                 (_, false) => "limited range",
             };
-            notes.push(format!(
-                "Colours are decoded from {format} with {matrix_note}, {range}"
-            ));
+            notes.push(format!("Colours are decoded from {format} with {matrix_note}, {range}"));
         }
         let known = |tag: &Option<String>| {
-            tag.clone()
-                .filter(|tag| tag != "unknown" && tag != "unspecified")
+            tag.clone().filter(|tag| tag != "unknown" && tag != "unspecified")
         };
         let said = |what: &str, tag: &Option<String>| {
-            known(tag).map_or(format!("no {what} are tagged"), |tag| {
-                format!("{what} are tagged {tag}")
-            })
+            known(tag)
+                .map_or(format!("no {what} are tagged"), |tag| format!("{what} are tagged {tag}"))
         };
         notes.push(format!(
             "Its {}, and its {}; calibration fits the response, whatever the tags say",
@@ -258,23 +231,17 @@ fn even(video: &Stream, rate: (i64, i64), base: (i64, i64)) -> Option<(i64, i64,
     let count: u64 = video.nb_frames.as_deref()?.parse().ok()?;
     let ticks = i128::from(rate.1) * i128::from(base.1);
     let per = i128::from(rate.0) * i128::from(base.0);
-    let step = i64::try_from(ticks / per)
-        .ok()
-        .filter(|_| ticks % per == 0)?;
+    let step = i64::try_from(ticks / per).ok().filter(|_| ticks % per == 0)?;
     let length = i64::try_from(count).ok()?.checked_mul(step)?;
     let fits = count > 0 && count < 1 << 32 && step > 0 && video.duration_ts == Some(length);
-    let start = video
-        .start_pts
-        .filter(|start| start.checked_add(length).is_some())?;
+    let start = video.start_pts.filter(|start| start.checked_add(length).is_some())?;
     fits.then_some((start, step, count))
 }
 
 /// A tag of the movie, its video or any of its streams: the time code has a stream of its own.
 fn tag(listing: &Listing, video: &Stream, name: &str) -> Option<String> {
     let streams = listing.streams.iter().map(|stream| &stream.tags);
-    let mut all = std::iter::once(&video.tags)
-        .chain([&listing.format.tags])
-        .chain(streams);
+    let mut all = std::iter::once(&video.tags).chain([&listing.format.tags]).chain(streams);
     all.find_map(|tags| tags.get(name)).cloned()
 }
 
@@ -294,21 +261,13 @@ fn matrix(tagged: Option<&str>, rows: usize) -> (&'static str, String) {
         Some("bt2020nc" | "bt2020c") => ("bt2020", "the matrix of Rec. 2020".to_owned()),
         Some("smpte240m") => ("smpte240m", "the matrix of SMPTE 240M".to_owned()),
         Some("fcc") => ("fcc", "the matrix of FCC".to_owned()),
-        _ if rows >= HD_ROWS => (
-            "bt709",
-            "the matrix of Rec. 709 (HD, not tagged)".to_owned(),
-        ),
-        _ => (
-            "bt601",
-            "the matrix of Rec. 601 (fewer than 720 rows, not tagged)".to_owned(),
-        ),
+        _ if rows >= HD_ROWS => ("bt709", "the matrix of Rec. 709 (HD, not tagged)".to_owned()),
+        _ => ("bt601", "the matrix of Rec. 601 (fewer than 720 rows, not tagged)".to_owned()),
     }
 }
 
 fn has_alpha(format: &str) -> bool {
-    [
-        "yuva", "rgba", "bgra", "argb", "abgr", "gbrap", "ya8", "ya16", "ayuv", "vuya",
-    ]
-    .iter()
-    .any(|start| format.starts_with(start))
+    ["yuva", "rgba", "bgra", "argb", "abgr", "gbrap", "ya8", "ya16", "ayuv", "vuya"]
+        .iter()
+        .any(|start| format.starts_with(start))
 }

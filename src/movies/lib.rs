@@ -44,22 +44,14 @@ impl Pixels {
         let (width, height) = self.size;
         let pixels = self.codes.chunks_exact(self.channels());
         let pixels = pixels.map(|p| [p[0], p[1], p[2]].map(unit)).collect();
-        Encoded(Raster {
-            width,
-            height,
-            pixels,
-        })
+        Encoded(Raster { width, height, pixels })
     }
 
     /// Alpha as linear coverage in `[0, 1]`; `None` if it has none.
     pub fn alpha(&self) -> Option<Mask> {
         let (width, height) = self.size;
         let pixels = self.codes.chunks_exact(4).map(|p| unit(p[3]));
-        self.has_alpha.then(|| Raster {
-            width,
-            height,
-            pixels: pixels.collect(),
-        })
+        self.has_alpha.then(|| Raster { width, height, pixels: pixels.collect() })
     }
 }
 

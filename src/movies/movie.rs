@@ -147,11 +147,7 @@ impl Movie {
     }
 
     fn failed(&self, frame: u64, words: &str) -> Error {
-        let words = if words.is_empty() {
-            "the decoder gave nothing"
-        } else {
-            words
-        };
+        let words = if words.is_empty() { "the decoder gave nothing" } else { words };
         Error::codec(
             "decode",
             &self.path,
@@ -203,9 +199,7 @@ impl Movie {
     fn take_reader(&self, frame: u64) -> Option<Reader> {
         let mut readers = locked(&self.readers);
         let ahead = |reader: &Reader| frame.checked_sub(reader.next).filter(|&way| way <= FORWARD);
-        let nearest = (0..readers.len())
-            .filter_map(|i| Some((ahead(&readers[i])?, i)))
-            .min();
+        let nearest = (0..readers.len()).filter_map(|i| Some((ahead(&readers[i])?, i))).min();
         nearest.map(|(_, i)| readers.remove(i))
     }
 
@@ -218,17 +212,12 @@ impl Movie {
     /// Decodes on until the frame that is shown at `time`.
     fn advance(&self, reader: &mut Reader, index: &Index, frame: u64, time: i64) -> Result<Found> {
         let mut is_sure = false;
-        let missing = |words: &str, is_sure| Found::Missing {
-            words: words.to_owned(),
-            is_sure,
-        };
+        let missing = |words: &str, is_sure| Found::Missing { words: words.to_owned(), is_sure };
         while let Some(decoded) = reader.frame()? {
             is_sure |= decoded.time < time;
             // Frames that the decoder left out are passed.
             while reader.next <= frame
-                && index
-                    .time(reader.next)?
-                    .is_some_and(|next| next < decoded.time)
+                && index.time(reader.next)?.is_some_and(|next| next < decoded.time)
             {
                 reader.next += 1;
             }
@@ -283,10 +272,7 @@ enum Found {
 /// The file is not the one that was opened.
 pub(crate) fn replaced(path: &Path) -> Error {
     Error::invalid(
-        format!(
-            "{} was replaced or changed while it was open",
-            path.display()
-        ),
+        format!("{} was replaced or changed while it was open", path.display()),
         "Wait until it is written, then try again; if it is another movie, import it again",
     )
 }
@@ -311,10 +297,7 @@ const ARRI: &str = "the ARRI Reference Tool";
 /// Why a camera's raw movie is not read, and what to do.
 pub(crate) fn raw(path: &Path, program: &str) -> Error {
     Error::invalid(
-        format!(
-            "{} is a camera's raw movie, which only its maker's programs read",
-            path.display()
-        ),
+        format!("{} is a camera's raw movie, which only its maker's programs read", path.display()),
         format!(
             "Transcode it with {program} to ProRes 4444 or to a sequence of 16-bit TIFF or DPX, then import that"
         ),
@@ -324,14 +307,8 @@ pub(crate) fn raw(path: &Path, program: &str) -> Error {
 /// Refuses files that only their makers' programs read, by their names or first bytes.
 fn refuse_raw(path: &Path) -> Result<()> {
     let mut head = [0; 8];
-    let file = base::files::open(path).map_err(|e| {
-        Error::io(
-            "open",
-            path,
-            e,
-            "Check that the movie is there and can be read",
-        )
-    })?;
+    let file = base::files::open(path)
+        .map_err(|e| Error::io("open", path, e, "Check that the movie is there and can be read"))?;
     // Shorter files are no raw ones.
     let _ = { file }.read_exact(&mut head);
     let program = match (&head[..4], &head[4..]) {

@@ -76,11 +76,7 @@ impl Process {
         command.stdin(Stdio::null());
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let child = command.spawn().map_err(|e| refused(program, e))?;
-        Ok(Self {
-            child,
-            signs: Arc::default(),
-            program: program.to_owned(),
-        })
+        Ok(Self { child, signs: Arc::default(), program: program.to_owned() })
     }
 
     /// Its output, once.
@@ -205,9 +201,7 @@ pub(crate) fn run(
     let bytes = process.wait(&said, patience)?.unwrap_or_default();
     match process.ended_well() {
         true => Ok(Ok(bytes)),
-        false => Ok(Err(words
-            .recv_timeout(Duration::from_secs(1))
-            .unwrap_or_default())),
+        false => Ok(Err(words.recv_timeout(Duration::from_secs(1)).unwrap_or_default())),
     }
 }
 
@@ -216,10 +210,7 @@ fn refused(program: &OsStr, e: std::io::Error) -> Error {
         return Error::io("start", program, e, "Check that it can be run");
     }
     Error::missing(
-        format!(
-            "movies are read with {}, which was not found",
-            program.to_string_lossy()
-        ),
+        format!("movies are read with {}, which was not found", program.to_string_lossy()),
         "Install ffmpeg (it brings ffprobe), for example with your package manager or from ffmpeg.org",
     )
 }
@@ -229,12 +220,8 @@ pub(crate) fn knows_fps_mode(tools: &Tools) -> Result<bool> {
     let said = run(&tools.ffmpeg, vec!["-version".into()], tools.patience)?.unwrap_or_default();
     let said = String::from_utf8_lossy(&said);
     let version = said.split_whitespace().nth(2).unwrap_or_default();
-    let mut numbers = version
-        .trim_start_matches('n')
-        .split(['.', '-'])
-        .map_while(|n| n.parse::<u32>().ok());
+    let mut numbers =
+        version.trim_start_matches('n').split(['.', '-']).map_while(|n| n.parse::<u32>().ok());
     // Versions without a number are built from newer sources.
-    Ok(numbers
-        .next()
-        .is_none_or(|major| (major, numbers.next().unwrap_or(0)) >= (5, 1)))
+    Ok(numbers.next().is_none_or(|major| (major, numbers.next().unwrap_or(0)) >= (5, 1)))
 }

@@ -49,9 +49,8 @@ impl Reader {
         (next, from): (u64, i64),
         tools: &Tools,
     ) -> Result<Self> {
-        let mut arguments: Vec<OsString> = ["-nostdin", "-hide_banner", "-loglevel", "info"]
-            .map(Into::into)
-            .to_vec();
+        let mut arguments: Vec<OsString> =
+            ["-nostdin", "-hide_banner", "-loglevel", "info"].map(Into::into).to_vec();
         arguments.extend(["-progress", "pipe:2", "-copyts", "-noaccurate_seek"].map(Into::into));
         let (seconds, per) = info.time_base;
         if let Some(key) = key {
@@ -68,18 +67,10 @@ impl Reader {
             false => format!(
                 ":in_color_matrix={}:in_range={}",
                 info.matrix,
-                if info.is_full_range {
-                    "full"
-                } else {
-                    "limited"
-                }
+                if info.is_full_range { "full" } else { "limited" }
             ),
         };
-        let format = if info.has_alpha {
-            "rgba64le"
-        } else {
-            "rgb48le"
-        };
+        let format = if info.has_alpha { "rgba64le" } else { "rgb48le" };
         let filters = format!(
             "showinfo=checksum=0,select=gte(t\\,{start:.9}),scale={width}:{height}:{CONVERT}{input}:out_range=full,format={format}"
         );
@@ -88,11 +79,7 @@ impl Reader {
             true => 1.0,
             false => gain(tools)?,
         };
-        let mode = if knows_fps_mode(tools)? {
-            "-fps_mode"
-        } else {
-            "-vsync"
-        };
+        let mode = if knows_fps_mode(tools)? { "-fps_mode" } else { "-vsync" };
         arguments.extend([mode, "passthrough", "-f", "rawvideo", "pipe:1"].map(Into::into));
         let mut process = Process::start(&tools.ffmpeg, arguments)?;
         let (tell, times) = channel();
@@ -122,36 +109,20 @@ impl Reader {
                 let Ok((time, is_damaged)) = times.recv() else {
                     return;
                 };
-                let codes = codes
-                    .chunks_exact(2)
-                    .map(|b| u16::from_le_bytes([b[0], b[1]]));
+                let codes = codes.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]]));
                 let codes = codes.enumerate().map(|(i, code)| match channels {
                     4 if i % 4 == 3 => code,
                     // Beyond 65535 it stays there.
                     _ => (f32::from(code) * gain).round() as u16,
                 });
-                let pixels = Pixels {
-                    size: (width, height),
-                    has_alpha,
-                    codes: codes.collect(),
-                };
-                let decoded = Decoded {
-                    time,
-                    is_damaged,
-                    pixels,
-                };
+                let pixels = Pixels { size: (width, height), has_alpha, codes: codes.collect() };
+                let decoded = Decoded { time, is_damaged, pixels };
                 if send.send(decoded).is_err() {
                     return;
                 }
             }
         });
-        Ok(Self {
-            process,
-            frames,
-            words,
-            patience: tools.patience,
-            next,
-        })
+        Ok(Self { process, frames, words, patience: tools.patience, next })
     }
 
     /// The next frame; `None` at the movie's end.
@@ -164,9 +135,7 @@ impl Reader {
 
     /// ffmpeg's last words.
     pub fn words(&self) -> String {
-        self.words
-            .recv_timeout(Duration::from_secs(1))
-            .unwrap_or_default()
+        self.words.recv_timeout(Duration::from_secs(1)).unwrap_or_default()
     }
 }
 
@@ -197,18 +166,10 @@ fn gain(tools: &Tools) -> Result<f32> {
         "rawvideo",
         "pipe:1",
     ];
-    let said = process::run(
-        &tools.ffmpeg,
-        words.map(Into::into).to_vec(),
-        tools.patience,
-    )?
-    .unwrap_or_default();
-    let white = said
-        .get(..2)
-        .map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])));
-    let gain = white
-        .map(|white| 65535.0 / white)
-        .filter(|gain| (1.0..1.02).contains(gain));
+    let said = process::run(&tools.ffmpeg, words.map(Into::into).to_vec(), tools.patience)?
+        .unwrap_or_default();
+    let white = said.get(..2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])));
+    let gain = white.map(|white| 65535.0 / white).filter(|gain| (1.0..1.02).contains(gain));
     Ok(*GAIN.get_or_init(|| gain.unwrap_or(1.0)))
 }
 
@@ -226,11 +187,7 @@ struct Seen {
 
 impl Seen {
     fn new(base: (i64, i64)) -> Self {
-        Self {
-            base,
-            of_filter: base,
-            is_damaged: false,
-        }
+        Self { base, of_filter: base, is_damaged: false }
     }
 
     /// A frame's time, and whether it is damaged, if the line is about a frame.
@@ -242,21 +199,12 @@ impl Seen {
             return None;
         }
         if let Some((_, rest)) = line.split_once("config in time_base: ") {
-            let said = rest
-                .split([',', ' '])
-                .next()
-                .and_then(|said| said.split_once('/'));
+            let said = rest.split([',', ' ']).next().and_then(|said| said.split_once('/'));
             if let Some((Ok(a), Ok(b @ 1..))) = said.map(|(a, b)| (a.parse(), b.parse::<i64>())) {
                 self.of_filter = (a, b);
             }
         }
-        let time: i64 = line
-            .split_once("pts:")?
-            .1
-            .split_whitespace()
-            .next()?
-            .parse()
-            .ok()?;
+        let time: i64 = line.split_once("pts:")?.1.split_whitespace().next()?.parse().ok()?;
         let damaged = std::mem::take(&mut self.is_damaged);
         let up = i128::from(time) * i128::from(self.of_filter.0) * i128::from(self.base.1);
         let down = i128::from(self.of_filter.1) * i128::from(self.base.0);

@@ -66,9 +66,7 @@ impl Pattern {
 
     /// The number of a name that follows the pattern.
     fn number(&self, name: &str) -> Option<u64> {
-        let digits = name
-            .strip_prefix(&*self.before)?
-            .strip_suffix(&*self.after)?;
+        let digits = name.strip_prefix(&*self.before)?.strip_suffix(&*self.after)?;
         let number = digits.parse().ok()?;
         (self.name(number) == name).then_some(number)
     }
@@ -77,10 +75,7 @@ impl Pattern {
 /// Whether a name ends as a picture's.
 fn is_picture(name: &str) -> bool {
     let extension = Path::new(name).extension().unwrap_or_default();
-    !name.starts_with('.')
-        && EXTENSIONS
-            .iter()
-            .any(|known| extension.eq_ignore_ascii_case(known))
+    !name.starts_with('.') && EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
 /// Whether an address means a sequence: a pattern, a folder, or one of its files.
@@ -115,10 +110,7 @@ impl Sequence {
             names,
             size: (0, 0),
             has_alpha: false,
-            tools: Tools {
-                cache: None,
-                ..tools.clone()
-            },
+            tools: Tools { cache: None, ..tools.clone() },
         };
         let first = sequence.first();
         let Some(first) = first else {
@@ -198,16 +190,8 @@ impl Sequence {
             );
             Error::missing(problem, "Choose frames of the sequence")
         })?;
-        let extension = file
-            .extension()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .to_lowercase();
-        let Codes {
-            size,
-            has_alpha,
-            codes,
-        } = match &*extension {
+        let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let Codes { size, has_alpha, codes } = match &*extension {
             "dpx" => {
                 let pixels = Movie::open(&file, &self.tools)?.frame(0)?;
                 return Ok(pixels);
@@ -220,11 +204,7 @@ impl Sequence {
             })?,
             _ => file::read_codes(&file)?,
         };
-        Ok(Arc::new(Pixels {
-            size,
-            has_alpha,
-            codes,
-        }))
+        Ok(Arc::new(Pixels { size, has_alpha, codes }))
     }
 }
 
@@ -272,11 +252,7 @@ fn list(path: &Path) -> Result<(PathBuf, Names)> {
         return Ok((path.to_path_buf(), Names::All(names)));
     }
     let folder = path.parent().map_or(PathBuf::new(), Path::to_path_buf);
-    let folder = if folder.as_os_str().is_empty() {
-        ".".into()
-    } else {
-        folder
-    };
+    let folder = if folder.as_os_str().is_empty() { ".".into() } else { folder };
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if path.is_file() {
         return Ok((folder, Names::All(vec![name.into()])));

@@ -126,13 +126,10 @@ impl Source {
         match self {
             Self::Movie(movie) => movie.info().notes.clone(),
             Self::Sequence(sequence) => {
-                let is_exr = |file: PathBuf| {
-                    file.extension()
-                        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
-                };
-                let gap = sequence
-                    .gap()
-                    .map(|gap| format!("Picture {gap} of the sequence is missing"));
+                let is_exr =
+                    |file: PathBuf| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+                let gap =
+                    sequence.gap().map(|gap| format!("Picture {gap} of the sequence is missing"));
                 let exr =
                     (sequence.first().and_then(|first| sequence.file(first))).is_some_and(is_exr);
                 let exr = exr.then(|| "EXR pictures hold light: they are encoded as sRGB, and what is brighter than 1 is cut".to_owned());

@@ -15,19 +15,14 @@ const BLOCK: usize = 16;
 const SIZE: (usize, usize) = (BLOCK * DIGITS, 32);
 
 fn tools(folder: &Path) -> Tools {
-    Tools {
-        cache: Some(folder.join("cache")),
-        ..Tools::default()
-    }
+    Tools { cache: Some(folder.join("cache")), ..Tools::default() }
 }
 
 /// Makes a movie of frames that show the numbers from 0 on. `coding` is what ffmpeg is told.
 fn make(path: &Path, frames: usize, rate: &str, coding: &str) {
     let size = format!("{}x{}", SIZE.0, SIZE.1);
     let mut command = Command::new("ffmpeg");
-    command.args([
-        "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "gray", "-s", &size,
-    ]);
+    command.args(["-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "gray", "-s", &size]);
     command.args(["-r", rate, "-i", "pipe:0"]);
     command.args(coding.split_whitespace()).arg(path);
     let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
@@ -43,13 +38,7 @@ fn make(path: &Path, frames: usize, rate: &str, coding: &str) {
 
 fn ffmpeg(words: &[&str]) {
     let words = ["-v", "error", "-y"].iter().chain(words);
-    assert!(
-        Command::new("ffmpeg")
-            .args(words)
-            .status()
-            .unwrap()
-            .success()
-    );
+    assert!(Command::new("ffmpeg").args(words).status().unwrap().success());
 }
 
 /// The number that a frame shows.
@@ -74,23 +63,13 @@ fn orders(count: u64) -> Vec<u64> {
 fn check(path: &Path, expected: &[usize]) {
     let folder = path.parent().unwrap();
     let movie = Movie::open(path, &tools(folder)).unwrap();
-    assert_eq!(
-        movie.count().unwrap(),
-        expected.len() as u64,
-        "{}",
-        path.display()
-    );
+    assert_eq!(movie.count().unwrap(), expected.len() as u64, "{}", path.display());
     for (i, frame) in orders(expected.len() as u64).into_iter().enumerate() {
         if i % 20 == 0 {
             movie.forget();
         }
         let read = movie.frame(frame).unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(
-            number(&read),
-            expected[frame as usize],
-            "frame {frame} of {}",
-            path.display()
-        );
+        assert_eq!(number(&read), expected[frame as usize], "frame {frame} of {}", path.display());
     }
 }
 
@@ -101,11 +80,7 @@ fn frame_n_is_frame_n_in_every_codec_and_order() {
     }
     let folder = tempfile::tempdir().unwrap();
     let cases = [
-        (
-            "b_frames.mp4",
-            "25",
-            "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p",
-        ),
+        ("b_frames.mp4", "25", "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p"),
         (
             "pyramid.mkv",
             "30000/1001",
@@ -127,27 +102,11 @@ fn frame_n_is_frame_n_in_every_codec_and_order() {
             "-c:v libx265 -bf 4 -g 10 -pix_fmt yuv420p10le -x265-params open-gop=1:log-level=none",
         ),
         ("slow.mp4", "1", "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p"),
-        (
-            "stream.ts",
-            "25",
-            "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p",
-        ),
-        (
-            "program.mpg",
-            "25",
-            "-c:v mpeg2video -bf 2 -g 9 -pix_fmt yuv420p -q:v 2",
-        ),
-        (
-            "xvid.avi",
-            "25",
-            "-c:v mpeg4 -bf 2 -g 9 -pix_fmt yuv420p -q:v 2",
-        ),
+        ("stream.ts", "25", "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p"),
+        ("program.mpg", "25", "-c:v mpeg2video -bf 2 -g 9 -pix_fmt yuv420p -q:v 2"),
+        ("xvid.avi", "25", "-c:v mpeg4 -bf 2 -g 9 -pix_fmt yuv420p -q:v 2"),
         ("prores.mov", "24000/1001", "-c:v prores_ks -profile:v 3"),
-        (
-            "dnxhr.mxf",
-            "25",
-            "-s 256x128 -c:v dnxhd -profile:v dnxhr_hq -pix_fmt yuv422p",
-        ),
+        ("dnxhr.mxf", "25", "-s 256x128 -c:v dnxhd -profile:v dnxhr_hq -pix_fmt yuv422p"),
         ("lossless.mkv", "24", "-c:v ffv1 -pix_fmt gray"),
         (
             "webm.webm",
@@ -181,17 +140,10 @@ fn frames_are_counted_as_shown_where_times_are_uneven_start_late_or_are_cut() {
     let all: Vec<usize> = (0..60).collect();
     // Every third frame of the first half is left out, and the rest starts late.
     let uneven = "-vf select='gt(n,30)+mod(n,3)',setpts=PTS+5/TB -fps_mode passthrough";
-    let kept: Vec<usize> = all
-        .iter()
-        .copied()
-        .filter(|n| *n > 30 || n % 3 > 0)
-        .collect();
+    let kept: Vec<usize> = all.iter().copied().filter(|n| *n > 30 || n % 3 > 0).collect();
     for (name, coding) in [
         ("uneven.mp4", "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p"),
-        (
-            "uneven.mkv",
-            "-c:v libx264 -bf 2 -g 12 -pix_fmt yuv420p -copyts",
-        ),
+        ("uneven.mkv", "-c:v libx264 -bf 2 -g 12 -pix_fmt yuv420p -copyts"),
         ("uneven.mov", "-c:v prores_ks"),
     ] {
         make(&at(name), 60, "25", &format!("{uneven} {coding}"));
@@ -211,28 +163,12 @@ fn frames_are_counted_as_shown_where_times_are_uneven_start_late_or_are_cut() {
     );
     check(&at("late.ts"), &all);
     // Cut without coding again: the edit list hides what is before the cut.
-    make(
-        &at("whole.mp4"),
-        60,
-        "25",
-        "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p",
-    );
-    ffmpeg(&[
-        "-ss",
-        "0.68",
-        "-i",
-        &text(&at("whole.mp4")),
-        "-c",
-        "copy",
-        &text(&at("cut.mp4")),
-    ]);
+    make(&at("whole.mp4"), 60, "25", "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p");
+    ffmpeg(&["-ss", "0.68", "-i", &text(&at("whole.mp4")), "-c", "copy", &text(&at("cut.mp4"))]);
     let movie = Movie::open(&at("cut.mp4"), &tools(folder.path())).unwrap();
     let first = number(&movie.frame(0).unwrap());
     assert_eq!(first, 17);
-    check(
-        &at("cut.mp4"),
-        &(17..17 + movie.count().unwrap() as usize).collect::<Vec<_>>(),
-    );
+    check(&at("cut.mp4"), &(17..17 + movie.count().unwrap() as usize).collect::<Vec<_>>());
     shown!(
         Strangers,
         "A movie with uneven times, times that start late, or an edit list",
@@ -285,17 +221,12 @@ fn colours_come_as_tagged() {
         let movie = Movie::open(&path, &tools(folder.path())).unwrap();
         let read = movie.frame(2).unwrap();
         let pixel = read.encoded().0.at(30, 20);
-        let off = (0..3)
-            .map(|c| (pixel[c] - expected[c]).abs())
-            .fold(0.0, f32::max);
+        let off = (0..3).map(|c| (pixel[c] - expected[c]).abs()).fold(0.0, f32::max);
         worst = worst.max(off);
         assert!(off < 0.012, "{name}: {pixel:?}, {:?}", movie.info());
         let alpha = read.alpha().map(|alpha| alpha.at(5, 5));
         // Ten bits are moved up to sixteen.
-        assert_eq!(
-            alpha.map(|alpha| alpha > 0.999),
-            (name == "alpha.mov").then_some(true)
-        );
+        assert_eq!(alpha.map(|alpha| alpha > 0.999), (name == "alpha.mov").then_some(true));
     }
     let white = folder.path().join("white.mkv");
     ffmpeg(&[
@@ -309,15 +240,8 @@ fn colours_come_as_tagged() {
         "ffv1",
         white.to_str().unwrap(),
     ]);
-    let white = Movie::open(&white, &tools(folder.path()))
-        .unwrap()
-        .frame(0)
-        .unwrap();
-    assert!(
-        white.codes.iter().all(|&code| code >= 65500),
-        "{}",
-        white.codes[0]
-    );
+    let white = Movie::open(&white, &tools(folder.path())).unwrap().frame(0).unwrap();
+    assert!(white.codes.iter().all(|&code| code >= 65500), "{}", white.codes[0]);
     shown!(
         Pictures,
         "A movie's codes are of full or limited range, of Rec. 601, 709 or 2020",
@@ -335,38 +259,12 @@ fn turned_and_stretched_movies_have_the_size_that_players_show() {
     }
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    make(
-        Path::new(&at("flat.mp4")),
-        4,
-        "25",
-        "-c:v libx264 -pix_fmt yuv420p",
-    );
-    ffmpeg(&[
-        "-i",
-        &at("flat.mp4"),
-        "-c",
-        "copy",
-        "-metadata:s:v",
-        "rotate=90",
-        &at("turned.mp4"),
-    ]);
-    make(
-        Path::new(&at("wide.mp4")),
-        4,
-        "25",
-        "-c:v libx264 -pix_fmt yuv420p -vf setsar=4/3",
-    );
-    make(
-        Path::new(&at("odd.mkv")),
-        4,
-        "25",
-        "-c:v ffv1 -vf crop=97:31:0:0",
-    );
-    for (name, size) in [
-        ("turned.mp4", (32, 128)),
-        ("wide.mp4", (171, 32)),
-        ("odd.mkv", (97, 31)),
-    ] {
+    make(Path::new(&at("flat.mp4")), 4, "25", "-c:v libx264 -pix_fmt yuv420p");
+    ffmpeg(&["-i", &at("flat.mp4"), "-c", "copy", "-metadata:s:v", "rotate=90", &at("turned.mp4")]);
+    make(Path::new(&at("wide.mp4")), 4, "25", "-c:v libx264 -pix_fmt yuv420p -vf setsar=4/3");
+    make(Path::new(&at("odd.mkv")), 4, "25", "-c:v ffv1 -vf crop=97:31:0:0");
+    for (name, size) in [("turned.mp4", (32, 128)), ("wide.mp4", (171, 32)), ("odd.mkv", (97, 31))]
+    {
         let movie = Movie::open(Path::new(&at(name)), &tools(folder.path())).unwrap();
         assert_eq!(movie.info().size, size, "{name}");
         assert_eq!(movie.frame(3).unwrap().size, size, "{name}");
@@ -385,12 +283,9 @@ fn sequences_are_patterns_folders_or_first_files() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    for (ending, format) in [
-        ("png", "rgb48be"),
-        ("tif", "rgb48le"),
-        ("jpg", "yuvj444p"),
-        ("dpx", "rgb48be"),
-    ] {
+    for (ending, format) in
+        [("png", "rgb48be"), ("tif", "rgb48le"), ("jpg", "yuvj444p"), ("dpx", "rgb48be")]
+    {
         let shots = folder.path().join(ending);
         std::fs::create_dir(&shots).unwrap();
         make(
@@ -408,10 +303,7 @@ fn sequences_are_patterns_folders_or_first_files() {
         );
         for name in [format!("shot.%04d.{ending}"), format!("shot.####.{ending}")] {
             let sequence = Sequence::open(&shots.join(name), &tools).unwrap();
-            assert_eq!(
-                (sequence.first(), sequence.count(), sequence.size()),
-                (Some(98), 12, SIZE)
-            );
+            assert_eq!((sequence.first(), sequence.count(), sequence.size()), (Some(98), 12, SIZE));
             assert_eq!(number(&sequence.frame(103).unwrap()), 5, "{ending}");
             let said = sequence.frame(110).unwrap_err().to_string();
             assert!(said.contains("shot.0110"), "{said}");

@@ -56,19 +56,13 @@ impl Segmenter {
             (SIDE, SIDE) => picture.0.map(|p| p.map(unit)),
             _ => squeezed(picture),
         };
-        let planes: Vec<f32> = (0..3)
-            .flat_map(|c| seen.pixels.iter().map(move |p| p[c]))
-            .collect();
+        let planes: Vec<f32> = (0..3).flat_map(|c| seen.pixels.iter().map(move |p| p[c])).collect();
         let planes = TensorData::new(planes, [1, 3, SIDE, SIDE]);
         let planes = Tensor::from_data(planes, &self.device);
         let pixels = (self.network.forward(planes).into_data())
             .try_into_vec_as::<f32>()
             .map_err(|e| Error::bug(format!("cannot read what the person network says: {e}")))?;
-        Ok(Mask {
-            width: SIDE,
-            height: SIDE,
-            pixels,
-        })
+        Ok(Mask { width: SIDE, height: SIDE, pixels })
     }
 }
 

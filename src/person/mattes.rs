@@ -22,10 +22,7 @@ fn scores(found: &Mask, truth: &Mask) -> [f32; 2] {
     let both = pairs().filter(|(a, b)| **a >= 0.5 && **b >= 0.5).count();
     let any = pairs().filter(|(a, b)| **a >= 0.5 || **b >= 0.5).count();
     let off = pairs().map(|(a, b)| (a - b).abs()).sum::<f32>();
-    [
-        both as f32 / any.max(1) as f32,
-        off / found.pixels.len() as f32,
-    ]
+    [both as f32 / any.max(1) as f32, off / found.pixels.len() as f32]
 }
 
 /// Worst scores so far: of the network alone and of the matte.
@@ -84,11 +81,7 @@ fn part(panorama: &imaging::Image, (width, height): (usize, usize), turn: usize)
     let cut = Raster::from_fn(columns, rows, |x, y| {
         panorama.at((start + x) % panorama.width, y + rows / 2)
     });
-    let cut = resize(
-        &resize_area(&cut, columns.min(width), rows.min(height)),
-        width,
-        height,
-    );
+    let cut = resize(&resize_area(&cut, columns.min(width), rows.min(height)), width, height);
     let mut levels: Vec<f32> = cut.pixels.iter().map(|p| p[1]).collect();
     levels.sort_by(f32::total_cmp);
     let scale = 0.2 / levels[levels.len() / 2].max(1e-6);
@@ -140,13 +133,8 @@ fn a_person_is_found_without_screen_or_box() {
     let mut all = Worst::new();
     for seed in [3, 17] {
         let folder = tempfile::tempdir().unwrap();
-        let settings = StageSettings {
-            frames: 2,
-            size: 256,
-            lamps: 4,
-            seed,
-            ..StageSettings::default()
-        };
+        let settings =
+            StageSettings { frames: 2, size: 256, lamps: 4, seed, ..StageSettings::default() };
         write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
         let mut worst = Worst::new();
         for index in 0..2 {
@@ -207,13 +195,8 @@ fn a_person_is_found_without_screen_or_box() {
 fn an_interview_without_a_screen_gets_mattes() {
     let folder = tempfile::tempdir().unwrap();
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-    let settings = StageSettings {
-        frames: 2,
-        size: 128,
-        lamps: 4,
-        seed: 5,
-        ..StageSettings::default()
-    };
+    let settings =
+        StageSettings { frames: 2, size: 128, lamps: 4, seed: 5, ..StageSettings::default() };
     write_shoot(&shoot, &settings, &silent).unwrap();
     let wall = imaging::Image::filled(128, 128, [0.2, 0.19, 0.18]);
     let truths: Vec<Mask> = (0..2)
@@ -244,12 +227,7 @@ fn an_interview_without_a_screen_gets_mattes() {
 fn bars_that_fill_the_picture_up_are_not_looked_at() {
     let segmenter = Segmenter::new().unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let settings = StageSettings {
-        frames: 1,
-        size: 128,
-        lamps: 4,
-        ..StageSettings::default()
-    };
+    let settings = StageSettings { frames: 1, size: 128, lamps: 4, ..StageSettings::default() };
     write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
     let (picture, truth) = frame(folder.path(), 0);
     let bars = |x: usize, y: usize| !(20..148).contains(&x) || y >= 128;
@@ -289,10 +267,7 @@ fn where_nobody_is_a_sentence_says_so() {
         Raster::from_fn(70, 120, |_, _| std::array::from_fn(|_| noise())),
     ] {
         let said = said(&Encoded(room)).unwrap();
-        assert!(
-            said.contains("nor a person") && said.contains("--box"),
-            "{said}"
-        );
+        assert!(said.contains("nor a person") && said.contains("--box"), "{said}");
     }
     let Some(panoramas) = test_support::shared("data/hdri") else {
         return;

@@ -190,18 +190,13 @@ impl Network {
         });
         Self {
             stem: convolution(3, 16, (3, 2), device),
-            blocks: shapes
-                .iter()
-                .map(|shape| Block::new(shape, device))
-                .collect(),
+            blocks: shapes.iter().map(|shape| Block::new(shape, device)).collect(),
             features: convolution(32, 128, POINT, device),
             context: convolution(32, 128, POINT, device),
             stages: [(128, 24), (24, 16), (16, 16)]
                 .map(|(from, to)| Stage::new(from, to, device))
                 .into(),
-            segment: ConvTranspose2dConfig::new([16, 1], [2, 2])
-                .with_stride([2, 2])
-                .init(device),
+            segment: ConvTranspose2dConfig::new([16, 1], [2, 2]).with_stride([2, 2]).init(device),
         }
     }
 

@@ -198,9 +198,6 @@ impl Clip {
             self.first,
             Self::MOST
         );
-        Err(Error::invalid(
-            problem,
-            "Correct `frames`, or import the shoot again",
-        ))
+        Err(Error::invalid(problem, "Correct `frames`, or import the shoot again"))
     }
 }

@@ -208,11 +208,7 @@ impl Project {
 /// The file's stem, with a number if an environment, added or built in, has that name.
 pub fn free_name<'a>(file: &Path, taken: impl Iterator<Item = &'a str> + Clone) -> String {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    let built_in = || {
-        built_in::all()
-            .into_iter()
-            .flat_map(|own| [own.name, own.title])
-    };
+    let built_in = || built_in::all().into_iter().flat_map(|own| [own.name, own.title]);
     let is_free = |name: &str| {
         let same = |other: &str| other.eq_ignore_ascii_case(name);
         !built_in().any(same) && !taken.clone().any(same)
@@ -236,11 +232,7 @@ fn resolved(file: &Path) -> PathBuf {
 fn unknown(known: &[KnownEnvironment], wanted: &Path) -> Error {
     let names: Vec<&str> = known.iter().map(|e| e.name.as_str()).collect();
     Error::missing(
-        format!(
-            "the project has no environment {}, only {}",
-            wanted.display(),
-            names.join(", ")
-        ),
+        format!("the project has no environment {}, only {}", wanted.display(), names.join(", ")),
         "Check the name, or add the file first",
     )
 }

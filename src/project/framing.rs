@@ -90,12 +90,7 @@ impl Framing {
         let [width, height] = self.source.map(|length| length.clamp(1, LONGEST_SIDE));
         let side = self.side.clamp(1, MAX_SIDES * width.max(height));
         let within = |at: i32, length: usize| at.clamp(1 - side as i32, length as i32 - 1);
-        Self {
-            x: within(self.x, width),
-            y: within(self.y, height),
-            side,
-            ..self
-        }
+        Self { x: within(self.x, width), y: within(self.y, height), side, ..self }
     }
 
     /// Refuses a square that shows nothing of the pictures, or is far larger than they are.
@@ -133,10 +128,7 @@ impl Framings {
     /// The framing of pictures of `width × height` pixels: the largest square in the middle unless a person chose
     /// another.
     pub fn of(&self, size: (usize, usize)) -> Framing {
-        let chosen = self
-            .0
-            .iter()
-            .find(|framing| framing.source == [size.0, size.1]);
+        let chosen = self.0.iter().find(|framing| framing.source == [size.0, size.1]);
         chosen.copied().unwrap_or_else(|| Framing::largest(size))
     }
 
@@ -170,19 +162,12 @@ mod tests {
     #[test]
     fn each_size_has_its_framing_and_the_plain_one_is_not_kept() {
         let mut framings = Framings::default();
-        let wide = Framing {
-            x: 100,
-            padding: Padding::Edge,
-            ..Framing::whole((1920, 1080))
-        };
+        let wide = Framing { x: 100, padding: Padding::Edge, ..Framing::whole((1920, 1080)) };
         assert_eq!((wide.y, wide.side), (-420, 1920));
         framings.set(wide);
         assert_eq!(framings.of((1920, 1080)), wide);
         assert_eq!(framings.of((58, 32)), Framing::largest((58, 32)));
-        let text = toml::to_string(&Kept {
-            framing: framings.clone(),
-        })
-        .unwrap();
+        let text = toml::to_string(&Kept { framing: framings.clone() }).unwrap();
         assert!(text.starts_with("[[framing]]"), "{text}");
         assert_eq!(toml::from_str::<Kept>(&text).unwrap().framing, framings);
         framings.set(Framing::largest((1920, 1080)));
@@ -193,10 +178,7 @@ mod tests {
     fn a_square_is_the_same_at_another_resolution_if_its_edges_fall_between_pixels() {
         let portrait = Framing::whole((540, 960));
         assert_eq!((portrait.x, portrait.y, portrait.side), (-210, 0, 960));
-        assert_eq!(
-            portrait.scaled((180, 320)),
-            Some(Framing::whole((180, 320)))
-        );
+        assert_eq!(portrait.scaled((180, 320)), Some(Framing::whole((180, 320))));
         assert_eq!(portrait.scaled((540, 960)), Some(portrait));
         assert_eq!(portrait.scaled((135, 240)), None);
     }
@@ -215,14 +197,8 @@ mod tests {
             Framing { y: -30, ..good },
             Framing { side: 0, ..good },
             Framing { side: 161, ..good },
-            Framing {
-                x: i32::MIN,
-                ..good
-            },
-            Framing {
-                side: usize::MAX,
-                ..good
-            },
+            Framing { x: i32::MIN, ..good },
+            Framing { side: usize::MAX, ..good },
         ] {
             assert!(bad.check().is_err(), "{bad:?}");
             bad.bounded().check().unwrap();
@@ -237,12 +213,6 @@ mod tests {
         }
         test_support::shown!(Strangers, "`framing` in project.toml for pictures of 2^62 pixels",
             danger: "a crash: the sum is too large for a number", done: "refused, with the largest size");
-        Framing {
-            x: -29,
-            y: 29,
-            ..good
-        }
-        .check()
-        .unwrap();
+        Framing { x: -29, y: 29, ..good }.check().unwrap();
     }
 }

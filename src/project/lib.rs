@@ -137,12 +137,7 @@ impl Project {
             )
         })?;
         let settings: Settings = toml::from_str(&text).map_err(|e| {
-            Error::codec(
-                "read",
-                &path,
-                e.message(),
-                "Correct the line, or import the shoot again",
-            )
+            Error::codec("read", &path, e.message(), "Correct the line, or import the shoot again")
         })?;
         if settings.format != FORMAT {
             return Err(Error::invalid(
@@ -158,21 +153,14 @@ impl Project {
             .and_then(|()| settings.framing.check())
             .and_then(|()| settings.shoot.check())
             .map_err(|e| e.within(&path))?;
-        Ok(Self {
-            root: root.to_path_buf(),
-            results: None,
-            settings,
-        })
+        Ok(Self { root: root.to_path_buf(), results: None, settings })
     }
 
     /// The same project with results of its own in `folder`, so that other settings can be tried beside it. Its pictures
     /// are the project's; it is never saved.
     #[must_use]
     pub fn variant(&self, folder: PathBuf) -> Self {
-        Self {
-            results: Some(folder),
-            ..self.clone()
-        }
+        Self { results: Some(folder), ..self.clone() }
     }
 
     /// The file or folder `name` among the results.
@@ -186,9 +174,7 @@ impl Project {
     /// When it cannot be written, or a path in it is not text.
     pub fn save(&self) -> Result<()> {
         if self.results.is_some() {
-            return Err(Error::bug(
-                "a variant of a project was to be saved in its place",
-            ));
+            return Err(Error::bug("a variant of a project was to be saved in its place"));
         }
         let shoot = &self.settings.shoot;
         let environments = self.settings.environments.iter();
@@ -232,11 +218,7 @@ impl Project {
     /// Where the project's OpenColorIO configuration is, or the name of a built-in one. None if it has none.
     pub fn color_config(&self) -> Option<PathBuf> {
         let config = self.settings.color_config.as_ref()?;
-        Some(if is_built_in(config) {
-            config.clone()
-        } else {
-            self.root.join(config)
-        })
+        Some(if is_built_in(config) { config.clone() } else { self.root.join(config) })
     }
 
     /// Chooses an OpenColorIO configuration, or none. For [`Self::change`].
@@ -245,10 +227,7 @@ impl Project {
     /// When its file is not there.
     pub fn set_color_config(&mut self, config: Option<&Path>) -> Result<()> {
         let remedy = "Choose the file config.ocio";
-        let full = |p: &Path| {
-            p.canonicalize()
-                .map_err(|e| Error::io("open", p, e, remedy))
-        };
+        let full = |p: &Path| p.canonicalize().map_err(|e| Error::io("open", p, e, remedy));
         self.settings.color_config = match config {
             Some(file) if !is_built_in(file) => {
                 let (file, root) = (full(file)?, full(&self.root)?);
@@ -287,10 +266,7 @@ impl Project {
         ] {
             if count == 0 {
                 return Err(Error::missing(
-                    format!(
-                        "{} names no {what}",
-                        self.root.join("project.toml").display()
-                    ),
+                    format!("{} names no {what}", self.root.join("project.toml").display()),
                     "Import a shoot that has exemplars, probes and an interview",
                 ));
             }
@@ -380,12 +356,7 @@ impl Project {
             .find(|folder| !folder.exists())
             .unwrap_or_default();
         let refuse = |path: &Path, e: std::io::Error| {
-            Error::io(
-                "move",
-                path,
-                e,
-                "Check that the project's folder can be written",
-            )
+            Error::io("move", path, e, "Check that the project's folder can be written")
         };
         std::fs::create_dir(&aside).map_err(|e| refuse(&aside, e))?;
         for path in there {
@@ -427,24 +398,17 @@ impl Project {
 /// When one of them does not exist.
 pub fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
     let full = |p: &Path| {
-        p.canonicalize()
-            .map_err(|e| Error::io("open", p, e, "Check that the folder exists"))
+        p.canonicalize().map_err(|e| Error::io("open", p, e, "Check that the folder exists"))
     };
     let (from, to) = (full(from)?, full(to)?);
-    let shared = from
-        .components()
-        .zip(to.components())
-        .take_while(|(a, b)| a == b)
-        .count();
+    let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     let up = from.components().skip(shared).map(|_| Component::ParentDir);
     Ok(up.chain(to.components().skip(shared)).collect())
 }
 
 /// Whether a configuration is one that OpenColorIO itself holds.
 fn is_built_in(config: &Path) -> bool {
-    config
-        .to_str()
-        .is_some_and(|name| name.starts_with("ocio://"))
+    config.to_str().is_some_and(|name| name.starts_with("ocio://"))
 }
 
 /// Refuses a working size that the network cannot halve down to one pixel.

@@ -28,12 +28,7 @@ impl Lock {
         let mut options = File::options();
         options.read(true).write(true).create(true).truncate(false);
         let mut file = files::open_own(&path, &options).map_err(|e| {
-            Error::io(
-                "write",
-                &path,
-                e,
-                "Check that the project's folder can be written",
-            )
+            Error::io("write", &path, e, "Check that the project's folder can be written")
         })?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(Error::busy(
@@ -44,9 +39,7 @@ impl Lock {
         let host = host().map_or(String::new(), |host| format!(" on {host}"));
         let line = format!("{whom}, process {}{host}\n", std::process::id());
         // The name only informs others; the lock holds without it.
-        let _ = file
-            .set_len(0)
-            .and_then(|()| file.write_all(line.as_bytes()));
+        let _ = file.set_len(0).and_then(|()| file.write_all(line.as_bytes()));
         // Nobody else writes here now.
         files::remove_left_over(root);
         files::remove_left_over(&root.join("checkpoint"));
@@ -70,10 +63,7 @@ pub(super) fn wait_for(folder: &File, root: &Path) -> Result<()> {
     while let Err(TryLockError::WouldBlock) = folder.try_lock() {
         if Instant::now() >= until {
             return Err(Error::busy(
-                format!(
-                    "{} has been in use for {CHANGE:?}",
-                    root.join("project.toml").display()
-                ),
+                format!("{} has been in use for {CHANGE:?}", root.join("project.toml").display()),
                 "Another program is changing it and hangs: close that program",
             ));
         }
@@ -97,9 +87,7 @@ fn holder(file: &mut File) -> String {
 fn host() -> Option<String> {
     let kernel = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let name = kernel.or_else(|| {
-        ["HOSTNAME", "COMPUTERNAME"]
-            .iter()
-            .find_map(|name| std::env::var(name).ok())
+        ["HOSTNAME", "COMPUTERNAME"].iter().find_map(|name| std::env::var(name).ok())
     })?;
     let name = name.trim();
     (!name.is_empty()).then(|| name.to_owned())
@@ -113,18 +101,12 @@ mod tests {
     fn one_holds_it_the_next_is_told_who_and_a_dead_one_does_not_block() {
         let folder = tempfile::tempdir().unwrap();
         let lock = Lock::take(folder.path(), "the studio").unwrap();
-        let refused = Lock::take(folder.path(), "training")
-            .unwrap_err()
-            .to_string();
+        let refused = Lock::take(folder.path(), "training").unwrap_err().to_string();
         let process = format!("the studio, process {}", std::process::id());
         assert!(refused.contains(&process), "{refused}");
         drop(lock);
         // What a killed process leaves behind.
-        std::fs::write(
-            folder.path().join(".lock"),
-            "training, process 1 on nowhere\n",
-        )
-        .unwrap();
+        std::fs::write(folder.path().join(".lock"), "training, process 1 on nowhere\n").unwrap();
         Lock::take(folder.path(), "the studio").unwrap();
         // What a link leads to is not ours.
         #[cfg(unix)]
@@ -135,10 +117,7 @@ mod tests {
             std::fs::write(&diary, "dear diary").unwrap();
             std::os::unix::fs::symlink(&diary, lock).unwrap();
             let refused = Lock::take(&linked, "the studio").unwrap_err().to_string();
-            assert!(
-                refused.contains(".lock") && refused.contains("a link"),
-                "{refused}"
-            );
+            assert!(refused.contains(".lock") && refused.contains("a link"), "{refused}");
             assert_eq!(std::fs::read_to_string(&diary).unwrap(), "dear diary");
         }
         let gone = folder.path().join("gone");

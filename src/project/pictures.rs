@@ -36,11 +36,7 @@ impl Project {
             return Matte::Alpha(self.of_movie(&take.movie, lit.copied().unwrap_or(0)));
         }
         let shoots = self.shoot_path(format!("exemplar_masks/{name}.png"));
-        self.grey(
-            shoots,
-            self.exemplar_matte_path(pose),
-            shoot.takes.poses.contains_key(name),
-        )
+        self.grey(shoots, self.exemplar_matte_path(pose), shoot.takes.poses.contains_key(name))
     }
 
     /// Interview frame number `frame`.

@@ -49,11 +49,7 @@ mod tests {
     fn a_table_with_one_other_byte_is_refused_and_one_without_checksum_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.toml");
-        save_sealed(
-            &path,
-            &toml::Table::from_iter([("lamps".to_owned(), 41.into())]),
-        )
-        .unwrap();
+        save_sealed(&path, &toml::Table::from_iter([("lamps".to_owned(), 41.into())])).unwrap();
         let read = || read_sealed(&path, "Make it again");
         let text = read().unwrap();
         let table: toml::Table = toml::from_str(&text).unwrap();

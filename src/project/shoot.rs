@@ -76,12 +76,7 @@ pub struct SecondBall {
 impl Ball {
     /// A ball of unknown size that a camera photographed from so far away that all rays are parallel.
     pub fn far(center_px: [f32; 2], radius_px: f32) -> Self {
-        Self {
-            center_px,
-            radius_px,
-            radius_m: 1.0,
-            camera_distance_m: 1e5,
-        }
+        Self { center_px, radius_px, radius_m: 1.0, camera_distance_m: 1e5 }
     }
 
     /// A ball of which nothing is known, not even where it is in its photographs.

@@ -12,11 +12,7 @@ fn the_way_between_folders_is_relative() {
 /// A project with a shoot of two frames and a pose, all of them empty files.
 fn project(base: &Path) -> Project {
     let shoot = base.join("shoot");
-    for file in [
-        "interview/f0.png",
-        "interview/f1.png",
-        "exemplar_masks/pose.png",
-    ] {
+    for file in ["interview/f0.png", "interview/f1.png", "exemplar_masks/pose.png"] {
         let path = shoot.join(file);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, "").unwrap();
@@ -50,10 +46,7 @@ fn a_moved_shoot_is_named_and_found_again_but_another_is_refused() {
     let before = project.clone();
     let refused = project.locate(base.path()).unwrap_err().to_string();
     assert!(refused.contains("f0.png"), "{refused}");
-    assert_eq!(
-        (&project, &Project::open(&project.root).unwrap()),
-        (&before, &before)
-    );
+    assert_eq!((&project, &Project::open(&project.root).unwrap()), (&before, &before));
     Project::change(&project.root, |project| project.locate(&moved)).unwrap();
     Project::open(&project.root).unwrap().check_shoot().unwrap();
 }
@@ -63,10 +56,7 @@ fn another_framing_puts_aside_what_was_made_under_the_old_one() {
     let base = tempfile::tempdir().unwrap();
     let project = project(base.path());
     let frame = |x| {
-        let framing = Framing {
-            x,
-            ..Framing::largest((40, 30))
-        };
+        let framing = Framing { x, ..Framing::largest((40, 30)) };
         Project::change(&project.root, |project| project.frame(framing))
     };
     assert_eq!(frame(-3).unwrap(), None, "there is nothing yet");
@@ -76,10 +66,7 @@ fn another_framing_puts_aside_what_was_made_under_the_old_one() {
         std::fs::write(project.checkpoint_path().join("w"), n.to_string()).unwrap();
         let same = if n == 1 { -3 } else { n - 1 };
         assert_eq!(frame(same).unwrap(), None);
-        assert!(
-            project.calibration_path().exists(),
-            "the same changes nothing"
-        );
+        assert!(project.calibration_path().exists(), "the same changes nothing");
         let aside = frame(n).unwrap().unwrap();
         assert!(aside.ends_with(format!("aside-{n}")));
         for file in ["calibration.toml", "checkpoint/w"] {
@@ -107,15 +94,9 @@ fn a_path_that_is_not_utf_8_is_named_and_is_no_bug() {
     project.add_environment(odd, None);
     let environment = project.save().unwrap_err().to_string();
     for said in [shoot, environment] {
-        assert!(
-            said.contains("caf") && said.contains("UTF-8") && !said.contains("bug"),
-            "{said}"
-        );
+        assert!(said.contains("caf") && said.contains("UTF-8") && !said.contains("bug"), "{said}");
     }
-    assert_eq!(
-        std::fs::read(project.root.join("project.toml")).unwrap(),
-        before
-    );
+    assert_eq!(std::fs::read(project.root.join("project.toml")).unwrap(), before);
     test_support::shown!(
         Surroundings,
         "A path that is not UTF-8",

@@ -65,11 +65,8 @@ struct Table {
 impl Table {
     /// The names of all files.
     fn names(&mut self) -> impl Iterator<Item = &mut String> {
-        let more = [
-            self.average_weights.as_mut(),
-            self.live_weights.as_mut(),
-            self.optimizer.as_mut(),
-        ];
+        let more =
+            [self.average_weights.as_mut(), self.live_weights.as_mut(), self.optimizer.as_mut()];
         std::iter::once(&mut self.weights).chain(more.into_iter().flatten())
     }
 }
@@ -103,9 +100,8 @@ pub fn save(
             write_beside(&folder.join(&name), |out| out.write_all(bytes)).map(|()| name)
         };
         let weights = write("weights", &weight_bytes(network)?)?;
-        let average_weights = (state.average_weights.as_ref())
-            .map(|bytes| write("average", bytes))
-            .transpose()?;
+        let average_weights =
+            (state.average_weights.as_ref()).map(|bytes| write("average", bytes)).transpose()?;
         let live_weights = Some(write("live", &state.live_weights)?);
         let optimizer = Some(write("optimizer", &state.optimizer)?);
         let table = Table {
@@ -301,14 +297,8 @@ fn read_whole<T>(folder: &Path, read: impl Fn(&Table) -> Result<T>) -> Result<T>
 
 fn table(folder: &Path) -> Result<Table> {
     let path = folder.join("checkpoint.toml");
-    let text = files::read_text(&path, files::MOST_TEXT).map_err(|e| {
-        Error::io(
-            "open",
-            &path,
-            e,
-            ("Train first", "afterlight train PROJECT"),
-        )
-    })?;
+    let text = files::read_text(&path, files::MOST_TEXT)
+        .map_err(|e| Error::io("open", &path, e, ("Train first", "afterlight train PROJECT")))?;
     let mut table: Table =
         toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
     if let Some(name) = table.names().find(|name| !files::is_bare(name)) {
@@ -368,9 +358,8 @@ impl CheckpointInfo {
         }
         let record = ModuleRecord::from_bytes(bytes).map_err(|e| e.to_string())?;
         let record = record.cast_to_module_dtype();
-        let network = (self.network.init(0.5, device))
-            .try_load_record(record)
-            .map_err(|e| match e {
+        let network =
+            (self.network.init(0.5, device)).try_load_record(record).map_err(|e| match e {
                 RecordError::Validation(_) => {
                     "it holds a network of another shape than checkpoint.toml says".to_owned()
                 }

@@ -43,10 +43,7 @@ fn save_network(folder: &Path, network: &UNet) {
 }
 
 fn refused(folder: &Path) -> String {
-    load_training(folder, &Device::flex())
-        .err()
-        .expect("it is refused")
-        .to_string()
+    load_training(folder, &Device::flex()).err().expect("it is refused").to_string()
 }
 
 fn table_of(folder: &Path) -> String {
@@ -94,9 +91,7 @@ fn weights_that_are_nan_are_refused_where_no_checksum_tells() {
     let folder = saved();
     let network = load(folder.path(), &Device::flex()).unwrap().1;
     save_network(folder.path(), &network.map(&mut Broken));
-    let said = load(folder.path(), &Device::flex())
-        .unwrap_err()
-        .to_string();
+    let said = load(folder.path(), &Device::flex()).unwrap_err().to_string();
     assert!(said.contains("NaN"), "{said}");
     test_support::shown!(
         Strangers,
@@ -149,10 +144,7 @@ fn a_checkpoint_of_the_same_step_does_not_touch_the_one_before() {
     let before = std::fs::read(kept.path().join("weights-0000007.bpk")).unwrap();
     let network = info().network.init(0.9, &Device::flex());
     save_network(folder.path(), &network);
-    assert_eq!(
-        std::fs::read(kept.path().join("weights-0000007.bpk")).unwrap(),
-        before
-    );
+    assert_eq!(std::fs::read(kept.path().join("weights-0000007.bpk")).unwrap(), before);
     assert!(table_of(folder.path()).contains("weights-0000007-2.bpk"));
     for folder in [folder.path(), kept.path()] {
         load_training(folder, &Device::flex()).unwrap();
@@ -166,37 +158,20 @@ fn a_checkpoint_of_the_same_step_does_not_touch_the_one_before() {
 #[test]
 fn weights_of_another_shape_are_told_in_words() {
     let folder = saved();
-    let other = UNetConfig {
-        width: 16,
-        most_channels: 16,
-        ..info().network
-    };
+    let other = UNetConfig { width: 16, most_channels: 16, ..info().network };
     let network = other.init(0.5, &Device::flex());
     let weights = folder.path().join("weights-0000007.bpk");
     std::fs::write(weights, &weight_bytes(&network).unwrap()[..]).unwrap();
     let text = table_of(folder.path());
     let (before, after) = text.split_once("[checksums]").unwrap();
     let rest = &after[after.find("[info").unwrap()..];
-    std::fs::write(
-        folder.path().join("checkpoint.toml"),
-        format!("{before}{rest}"),
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("checkpoint.toml"), format!("{before}{rest}")).unwrap();
     let said = refused(folder.path());
-    assert!(
-        said.contains("weights-0000007.bpk") && said.contains("another shape"),
-        "{said}"
-    );
+    assert!(said.contains("weights-0000007.bpk") && said.contains("another shape"), "{said}");
     let differs = info().network.differences(&other);
     assert_eq!(differs, "most_channels is 8, not 16; width is 8, not 16");
-    let deeper = UNetConfig {
-        depth: None,
-        ..info().network
-    };
-    assert_eq!(
-        info().network.differences(&deeper),
-        "depth is 2, not the default"
-    );
+    let deeper = UNetConfig { depth: None, ..info().network };
+    assert_eq!(info().network.differences(&deeper), "depth is 2, not the default");
     assert!(!said.contains(['{', '[']), "{said}");
     test_support::shown!(
         Network,
@@ -212,12 +187,7 @@ fn only_weights_that_training_wrote_are_removed() {
     let at = |name: &str| folder.path().join(name);
     let (old, mine) = (
         ["weights.bpk", "live-0000003.bpk", "optimizer-0000007-2.bpk"],
-        [
-            "backup.bpk",
-            "live-best.bpk",
-            "weights-0000003-mine.bpk",
-            "live-0000003.bpk.txt",
-        ],
+        ["backup.bpk", "live-best.bpk", "weights-0000003-mine.bpk", "live-0000003.bpk.txt"],
     );
     for name in old.iter().chain(&mine) {
         std::fs::write(at(name), "").unwrap();
@@ -277,24 +247,13 @@ fn a_packed_network_is_small_and_keeps_its_steps() {
     assert_eq!((packed.step, read.step, read.seconds), (7, 7, 1.0));
     assert!(!has_optimizer(to.path()).unwrap());
     let (_, whole) = load(folder.path(), &Device::flex()).unwrap();
-    let bytes = std::fs::metadata(to.path().join(PACKED_WEIGHTS))
-        .unwrap()
-        .len();
+    let bytes = std::fs::metadata(to.path().join(PACKED_WEIGHTS)).unwrap().len();
     let whole_bytes = weight_bytes(&whole).unwrap().len() as u64;
     assert!(bytes < whole_bytes * 7 / 10, "{bytes} of {whole_bytes}");
     let input = || burn::tensor::Tensor::<4>::full([1, 3, 16, 16], 0.3, &Device::flex());
     let [a, b] = [whole, network].map(|network| {
-        network
-            .forward(input())
-            .into_data()
-            .convert::<f32>()
-            .try_to_vec::<f32>()
-            .unwrap()
+        network.forward(input()).into_data().convert::<f32>().try_to_vec::<f32>().unwrap()
     });
-    let apart = a
-        .iter()
-        .zip(&b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f32::max);
+    let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(apart < 2e-3, "{apart}");
 }

@@ -142,11 +142,7 @@ impl CompressedField {
         };
         let (all, kept) = (energy(&of.values), energy(&self.planes));
         // The basis is orthonormal, so energies of kept and dropped components add up.
-        if all > 0.0 {
-            ((all - kept).max(0.0) / all).sqrt()
-        } else {
-            0.0
-        }
+        if all > 0.0 { ((all - kept).max(0.0) / all).sqrt() } else { 0.0 }
     }
 
     /// Bytes of planes and basis.
@@ -200,10 +196,8 @@ fn plane_products(field: &ReflectanceField) -> Symmetric {
         }
         sum
     };
-    let runs: Vec<Symmetric> = (0..pixels.div_ceil(RUN * CHUNK))
-        .into_par_iter()
-        .map(products)
-        .collect();
+    let runs: Vec<Symmetric> =
+        (0..pixels.div_ceil(RUN * CHUNK)).into_par_iter().map(products).collect();
     let mut sum = Symmetric::zeros(planes);
     runs.iter().for_each(|run| sum.add(run));
     sum

@@ -122,10 +122,7 @@ impl DeviceField {
     /// When the network is not on a GPU, or that fails.
     pub fn into_buffer(self) -> Result<FieldBuffer> {
         let [lamps, _, height, width] = self.olats.dims();
-        let fused = self
-            .olats
-            .try_into_primitive::<Cube>()
-            .map_err(|e| device_failure(&e))?;
+        let fused = self.olats.try_into_primitive::<Cube>().map_err(|e| device_failure(&e))?;
         let client = fused.client.clone();
         let tensor = into_contiguous(client.resolve_tensor_float::<CubeBackend>(fused));
         let resource = tensor
@@ -162,9 +159,7 @@ impl FieldBuffer {
             width: field.width,
             height: field.height,
             lamps: field.lamps,
-            format: FieldFormat::Half {
-                scale: stored(bytemuck::cast_slice(&scale), device),
-            },
+            format: FieldFormat::Half { scale: stored(bytemuck::cast_slice(&scale), device) },
             buffer: Buffer::Own(stored(bytemuck::cast_slice(field.values()), device)),
         }
     }
@@ -172,11 +167,7 @@ impl FieldBuffer {
     /// [`Self::upload`] for principal components, of which there may be none.
     pub fn upload_components(field: CompressedField, device: &wgpu::Device) -> Self {
         // No buffer is empty.
-        let planes = if field.planes.is_empty() {
-            &[0.0]
-        } else {
-            &field.planes[..]
-        };
+        let planes = if field.planes.is_empty() { &[0.0] } else { &field.planes[..] };
         Self {
             width: field.width,
             height: field.height,
@@ -253,11 +244,7 @@ mod tests {
             lamps: 1,
             values: [lit; 3].concat(),
         };
-        let share = Mask {
-            width: 3,
-            height: 1,
-            pixels: vec![0.0, 1.0, 0.25],
-        };
+        let share = Mask { width: 3, height: 1, pixels: vec![0.0, 1.0, 0.25] };
         let own = DeviceField::upload(&field([9.0, -1.0, 1.0]), &Device::flex()).unwrap();
         let mixed = own.mixed(&field([4.0, 4.0, 9.0]), &share).unwrap();
         // The last: (0.25·√1 + 0.75·√9)².

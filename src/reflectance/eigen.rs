@@ -11,9 +11,7 @@ pub struct Symmetric {
 impl Symmetric {
     /// A matrix of zeros.
     pub fn zeros(size: usize) -> Self {
-        Self {
-            rows: vec![vec![0.0; size]; size],
-        }
+        Self { rows: vec![vec![0.0; size]; size] }
     }
 
     pub fn add(&mut self, other: &Self) {
@@ -64,9 +62,8 @@ pub fn eigenvectors(matrix: Symmetric) -> (Vec<f64>, Vec<Vec<f64>>) {
     let mut rows = matrix.rows;
     let size = rows.len();
     // Rows are the eigenvectors in the end.
-    let mut vectors: Vec<Vec<f64>> = (0..size)
-        .map(|i| (0..size).map(|j| f64::from(u8::from(i == j))).collect())
-        .collect();
+    let mut vectors: Vec<Vec<f64>> =
+        (0..size).map(|i| (0..size).map(|j| f64::from(u8::from(i == j))).collect()).collect();
     // What is less than this moves no eigenvalue by more than rounding has already.
     let magnitudes = rows.iter().flatten().map(|value| value.abs());
     let negligible = f64::EPSILON * magnitudes.fold(0.0, f64::max);
@@ -117,9 +114,7 @@ mod tests {
 
     fn matrix(size: usize, value: impl Fn(usize, usize) -> f64) -> Symmetric {
         let row = |i: usize| (0..size).map(|j| value(i.max(j), i.min(j))).collect();
-        Symmetric {
-            rows: (0..size).map(row).collect(),
-        }
+        Symmetric { rows: (0..size).map(row).collect() }
     }
 
     /// The largest |A·v − λ·v| and the largest |v·w − δ|, in units of the largest eigenvalue and 1.

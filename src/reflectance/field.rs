@@ -25,17 +25,8 @@ impl ReflectanceField {
     /// The picture under one lamp.
     pub fn olat(&self, lamp: usize) -> Image {
         let [r, g, b] = [0, 1, 2].map(|c| self.plane(lamp, c));
-        let pixels = r
-            .iter()
-            .zip(g)
-            .zip(b)
-            .map(|((&r, &g), &b)| [r, g, b])
-            .collect();
-        Image {
-            width: self.width,
-            height: self.height,
-            pixels,
-        }
+        let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
+        Image { width: self.width, height: self.height, pixels }
     }
 
     /// A field of pictures that are already there, such as an exemplar's. All have one size.
@@ -47,11 +38,6 @@ impl ReflectanceField {
                 values.extend(olat.pixels.iter().map(|p| p[channel]));
             }
         }
-        Self {
-            width,
-            height,
-            lamps: olats.len(),
-            values,
-        }
+        Self { width, height, lamps: olats.len(), values }
     }
 }

@@ -54,10 +54,7 @@ impl From<&ReflectanceField> for HalfField {
                 }
             }
         };
-        values
-            .par_chunks_mut((TASK * tile).max(1))
-            .enumerate()
-            .for_each(convert);
+        values.par_chunks_mut((TASK * tile).max(1)).enumerate().for_each(convert);
         Self {
             width: field.width,
             height: field.height,
@@ -101,18 +98,11 @@ impl HalfField {
             let (lamp, channel) = (plane / 3, plane % 3);
             for (tile, out) in out.chunks_mut(TILE).enumerate() {
                 let stored = &self.tile(tile)[channel * self.lamps + lamp][..out.len()];
-                stored
-                    .reinterpret_cast::<f16>()
-                    .convert_to_f32_slice(&mut *out);
+                stored.reinterpret_cast::<f16>().convert_to_f32_slice(&mut *out);
                 out.iter_mut().for_each(|value| *value *= self.scale);
             }
         });
-        ReflectanceField {
-            width: self.width,
-            height: self.height,
-            lamps: self.lamps,
-            values,
-        }
+        ReflectanceField { width: self.width, height: self.height, lamps: self.lamps, values }
     }
 }
 
@@ -149,11 +139,7 @@ pub fn widen(half: u16) -> f32 {
     // A constant: a call of a function of this crate would not become part of the caller's loop.
     const BIASES: f32 = power_of_two(112);
     let value = f32::from_bits(placed) * BIASES;
-    if half & 0x7fff < 0x7c00 {
-        value
-    } else {
-        f32::from_bits(value.to_bits() | 0x7f80_0000)
-    }
+    if half & 0x7fff < 0x7c00 { value } else { f32::from_bits(value.to_bits() | 0x7f80_0000) }
 }
 
 #[cfg(test)]
@@ -161,12 +147,7 @@ mod tests {
     use super::*;
 
     fn field(width: usize, height: usize, lamps: usize, values: Vec<f32>) -> ReflectanceField {
-        ReflectanceField {
-            width,
-            height,
-            lamps,
-            values,
-        }
+        ReflectanceField { width, height, lamps, values }
     }
 
     #[test]
@@ -194,12 +175,7 @@ mod tests {
         let field = field(13, 11, 5, (0..13 * 11 * 15).map(value).collect());
         let largest = field.values.iter().fold(0f32, |a, v| a.max(v.abs()));
         let (mut near, mut far) = (0f32, 0f32);
-        for (kept, value) in HalfField::from(&field)
-            .widened()
-            .values
-            .iter()
-            .zip(&field.values)
-        {
+        for (kept, value) in HalfField::from(&field).widened().values.iter().zip(&field.values) {
             let error = (kept - value).abs();
             if value.abs() >= largest * power_of_two(-28) {
                 near = near.max(error / value.abs());

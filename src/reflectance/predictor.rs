@@ -142,9 +142,6 @@ pub fn check_fits(info: &CheckpointInfo, project: &Project) -> Result<()> {
             settings.shoot.lamps.len(),
             settings.size
         ),
-        (
-            "Train this project from the start",
-            "afterlight train PROJECT --fresh",
-        ),
+        ("Train this project from the start", "afterlight train PROJECT --fresh"),
     ))
 }

@@ -86,10 +86,7 @@ mod tests {
     fn decoding_undoes_encoding() {
         let light = [0.0, 1e-4, 0.01, 0.3, 1.0, 40.0];
         let tensor = Tensor::<1>::from_floats(light, &Device::flex());
-        let back = decode(encode(tensor))
-            .into_data()
-            .try_into_vec::<f32>()
-            .unwrap();
+        let back = decode(encode(tensor)).into_data().try_into_vec::<f32>().unwrap();
         for (a, b) in back.iter().zip(light) {
             assert!((a - b).abs() < 1e-5 * (1.0 + b), "{a}, not {b}");
         }

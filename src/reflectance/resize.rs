@@ -9,25 +9,15 @@ use burn::tensor::{Tensor, s};
 pub fn blur_pool(x: Tensor<4>) -> Tensor<4> {
     let [n, c, h, w] = x.dims();
     let halves = x.reshape([n, c, h, w / 2, 2]);
-    let even = halves
-        .clone()
-        .slice(s![.., .., .., .., 0..1])
-        .reshape([n, c, h, w / 2]);
-    let odd = halves
-        .slice(s![.., .., .., .., 1..2])
-        .reshape([n, c, h, w / 2]);
+    let even = halves.clone().slice(s![.., .., .., .., 0..1]).reshape([n, c, h, w / 2]);
+    let odd = halves.slice(s![.., .., .., .., 1..2]).reshape([n, c, h, w / 2]);
     let first = even.clone().slice(s![.., .., .., 0..1]);
     let previous = before(first, odd.clone(), 3);
     let x = (previous + odd) * 0.25 + even * 0.5;
 
     let halves = x.reshape([n, c, h / 2, 2, w / 2]);
-    let even = halves
-        .clone()
-        .slice(s![.., .., .., 0..1, ..])
-        .reshape([n, c, h / 2, w / 2]);
-    let odd = halves
-        .slice(s![.., .., .., 1..2, ..])
-        .reshape([n, c, h / 2, w / 2]);
+    let even = halves.clone().slice(s![.., .., .., 0..1, ..]).reshape([n, c, h / 2, w / 2]);
+    let odd = halves.slice(s![.., .., .., 1..2, ..]).reshape([n, c, h / 2, w / 2]);
     let first = even.clone().slice(s![.., .., 0..1, ..]);
     let previous = before(first, odd.clone(), 2);
     (previous + odd) * 0.25 + even * 0.5
@@ -100,10 +90,7 @@ mod tests {
                     taps(y)
                         .iter()
                         .map(|&(sy, wy)| {
-                            taps(x)
-                                .iter()
-                                .map(|&(sx, wx)| wy * wx * read(sy, sx))
-                                .sum::<f32>()
+                            taps(x).iter().map(|&(sx, wx)| wy * wx * read(sy, sx)).sum::<f32>()
                         })
                         .sum(),
                 );
@@ -140,10 +127,7 @@ mod tests {
                 w,
                 &|i| {
                     let (whole, odd) = (i as isize / 2, i % 2 == 1);
-                    vec![
-                        (whole, 0.75),
-                        (if odd { whole + 1 } else { whole - 1 }, 0.25),
-                    ]
+                    vec![(whole, 0.75), (if odd { whole + 1 } else { whole - 1 }, 0.25)]
                 },
                 (2 * h, 2 * w),
             );

@@ -145,9 +145,7 @@ impl UNetConfig {
         let value = |of: &toml::Table, key: &str| {
             (of.get(key)).map_or("the default".to_owned(), ToString::to_string)
         };
-        let different = keys
-            .into_iter()
-            .filter(|key| here.get(*key) != asked.get(*key));
+        let different = keys.into_iter().filter(|key| here.get(*key) != asked.get(*key));
         different
             .map(|key| format!("{key} is {}, not {}", value(&here, key), value(&asked, key)))
             .collect::<Vec<_>>()
@@ -159,9 +157,7 @@ impl UNetConfig {
         project::check_size(self.size)?;
         let widths = [self.width, self.most_channels];
         if !(1..=Self::MOST_LAMPS).contains(&self.lamps)
-            || widths
-                .iter()
-                .any(|w| !w.is_multiple_of(8) || !(8..=1024).contains(w))
+            || widths.iter().any(|w| !w.is_multiple_of(8) || !(8..=1024).contains(w))
         {
             return Err(Error::invalid(
                 format!(
@@ -222,21 +218,12 @@ impl UNetConfig {
         }
         let bound = 0.1 / (channels as f64 * 9.0).sqrt();
         let mut output = convolution(channels, 3 * self.lamps, 3)
-            .with_initializer(Initializer::Uniform {
-                min: -bound,
-                max: bound,
-            })
+            .with_initializer(Initializer::Uniform { min: -bound, max: bound })
             .init(device);
         let mean = mean_output.clamp(1e-4, 1.0 - 1e-4);
         let bias = Tensor::full([3 * self.lamps], (mean / (1.0 - mean)).ln(), device);
         output.bias = Some(Param::from_tensor(bias));
-        UNet {
-            encoder,
-            decoder,
-            output,
-            precision: self.precision,
-            statistics: self.statistics,
-        }
+        UNet { encoder, decoder, output, precision: self.precision, statistics: self.statistics }
     }
 }
 
@@ -367,10 +354,8 @@ impl UNet {
     /// its output is. Normalisation computes in f32.
     pub fn halved(self) -> Self {
         let half = |convolution: Conv2d| convolution.map(&mut Halved);
-        let block = |block: EncoderBlock| EncoderBlock {
-            convolution: half(block.convolution),
-            ..block
-        };
+        let block =
+            |block: EncoderBlock| EncoderBlock { convolution: half(block.convolution), ..block };
         Self {
             encoder: self.encoder.into_iter().map(block).collect(),
             decoder: self.decoder.into_iter().map(half).collect(),
@@ -444,11 +429,9 @@ mod tests {
 
     #[test]
     fn the_cost_counts_every_parameter() {
-        for (size, normalization) in [
-            (16, Normalization::Group),
-            (32, Normalization::Batch),
-            (64, Normalization::None),
-        ] {
+        for (size, normalization) in
+            [(16, Normalization::Group), (32, Normalization::Batch), (64, Normalization::None)]
+        {
             let config = UNetConfig {
                 size,
                 lamps: 5,

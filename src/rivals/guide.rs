@@ -56,11 +56,7 @@ pub fn guide(mask: &Mask, seed: u64) -> Image {
         }
         sum.map(|v| mask.pixels[i] * v / weights)
     });
-    Image {
-        width: w,
-        height: h,
-        pixels: pixels.collect(),
-    }
+    Image { width: w, height: h, pixels: pixels.collect() }
 }
 
 #[cfg(test)]

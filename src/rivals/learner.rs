@@ -55,19 +55,13 @@ pub fn learn<M: Module>(
     (stage, progress): (&'static str, &Progress),
     mut loss: impl FnMut(&M, u64) -> Tensor<1>,
 ) -> Result<(M, Spent)> {
-    let config = TrainingConfig {
-        learning_rate: rate,
-        ..Preset::Quick.config()
-    };
+    let config = TrainingConfig { learning_rate: rate, ..Preset::Quick.config() };
     let mut live = network;
     let mut average = live.valid();
     let mut optimizer = ModuleOptimizer::from(Adam::default());
     let (mut quiet, mut bad) = (Quiet::default(), 0);
     loop {
-        let spent = Spent {
-            steps: quiet.steps(),
-            seconds: quiet.seconds(),
-        };
+        let spent = Spent { steps: quiet.steps(), seconds: quiet.seconds() };
         let by_time = spent.seconds / (60.0 * effort.minutes);
         let by_step = |steps| spent.steps as f64 / f64::max(steps as f64, 1.0);
         let done = by_time.max(effort.steps.map_or(0.0, by_step));

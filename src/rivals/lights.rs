@@ -31,15 +31,10 @@ impl Lights {
             environments.extend(yaws.map(|yaw| table.at(yaw as f32).per_lamp));
         }
         let lamp = |lamp: &light::Lamp| {
-            let inverse = lamp
-                .energy
-                .map(|e| if lamp.is_usable() { 1.0 / e } else { 0.0 });
+            let inverse = lamp.energy.map(|e| if lamp.is_usable() { 1.0 / e } else { 0.0 });
             (lamp.direction, inverse)
         };
-        Self {
-            environments,
-            lamps: rig.lamps.iter().map(lamp).collect(),
-        }
+        Self { environments, lamps: rig.lamps.iter().map(lamp).collect() }
     }
 
     /// One lamp alone, every second time; else a built-in environment at some yaw in some colour, or lobes of light from
@@ -54,11 +49,7 @@ impl Lights {
 
     /// An environment or lobes.
     pub fn draw_surrounding(&self, rng: &mut impl Rng) -> Vec<[f32; 3]> {
-        if rng.random_range(0..2) == 0 {
-            self.environment(rng)
-        } else {
-            self.lobes(rng)
-        }
+        if rng.random_range(0..2) == 0 { self.environment(rng) } else { self.lobes(rng) }
     }
 
     /// One lamp alone.
@@ -125,10 +116,7 @@ impl Shares {
                 _ => 0.0,
             })
         };
-        Self {
-            roots: given.iter().flat_map(root).collect(),
-            total,
-        }
+        Self { roots: given.iter().flat_map(root).collect(), total }
     }
 
     /// The same light, so dim or bright that each channel's total is 1; a channel without light stays black.

@@ -49,13 +49,8 @@ pub fn convolution(from: usize, to: usize, kernel: usize) -> Conv2dConfig {
 /// An output layer that starts at `means`, one for each channel, and learns from there.
 pub fn output_layer(from: usize, kernel: usize, means: &[f32], device: &Device) -> Conv2d {
     let bound = 0.1 / ((from * kernel * kernel) as f64).sqrt();
-    let start = Initializer::Uniform {
-        min: -bound,
-        max: bound,
-    };
-    let mut layer = convolution(from, means.len(), kernel)
-        .with_initializer(start)
-        .init(device);
+    let start = Initializer::Uniform { min: -bound, max: bound };
+    let mut layer = convolution(from, means.len(), kernel).with_initializer(start).init(device);
     let logit = |mean: &f32| {
         let mean = mean.clamp(1e-3, 1.0 - 1e-3);
         (mean / (1.0 - mean)).ln()
@@ -71,18 +66,13 @@ impl PatchNetwork {
     pub fn new(means: &[f32], device: &Device) -> Self {
         let [half, quarter] = [2 * WIDTH, 4 * WIDTH];
         let layer = |from, to, kernel| convolution(from, to, kernel).init(device);
-        let residual = |_| Residual {
-            first: layer(quarter, quarter, 3),
-            second: layer(quarter, quarter, 3),
-        };
+        let residual =
+            |_| Residual { first: layer(quarter, quarter, 3), second: layer(quarter, quarter, 3) };
         Self {
             first: layer(INPUTS, WIDTH, 7),
             down: vec![layer(WIDTH, half, 3), layer(half, quarter, 3)],
             residual: (0..BLOCKS).map(residual).collect(),
-            up: vec![
-                layer(2 * quarter, quarter, 3),
-                layer(quarter + half, half, 3),
-            ],
+            up: vec![layer(2 * quarter, quarter, 3), layer(quarter + half, half, 3)],
             joined: layer(half + WIDTH + INPUTS, half, 3),
             smoothers: (0..2).map(|_| layer(half, half, 3)).collect(),
             output: output_layer(half, 1, means, device),

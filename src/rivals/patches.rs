@@ -108,13 +108,7 @@ impl PatchStyle {
         };
         let told = ("training on patches", progress);
         let (network, spent) = learn(network, effort, RATE, told, &mut step_loss)?;
-        Ok(Self {
-            network,
-            gains,
-            seed: effort.seed,
-            device: device.clone(),
-            spent,
-        })
+        Ok(Self { network, gains, seed: effort.seed, device: device.clone(), spent })
     }
 
     /// A frame in each look that was learnt, linear, zero outside the matte.
@@ -126,9 +120,7 @@ impl PatchStyle {
         let mask = tensor_from_mask(&frame.mask, &self.device);
         let guide = tensor_from_image(&guide(&frame.mask, self.seed), &self.device);
         let plate = input(tensor_from_image(&frame.plate, &self.device), &mask);
-        let output = self
-            .network
-            .forward(Tensor::cat(vec![plate, guide], 1), None);
+        let output = self.network.forward(Tensor::cat(vec![plate, guide], 1), None);
         let [_, _, h, w] = output.dims();
         let inverse = |gain: &f32| if *gain > 0.0 { 1.0 / gain } else { 0.0 };
         let inverses: Vec<f32> = self.gains.iter().map(inverse).collect();
@@ -156,11 +148,7 @@ pub fn images(pictures: Tensor<4>) -> Result<Vec<Image>> {
         let plane = |c: usize| &values[(3 * n + c) * h * w..][..h * w];
         let [r, g, b] = [0, 1, 2].map(plane);
         let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]);
-        Image {
-            width: w,
-            height: h,
-            pixels: pixels.collect(),
-        }
+        Image { width: w, height: h, pixels: pixels.collect() }
     };
     Ok((0..n).map(picture).collect())
 }
@@ -171,9 +159,7 @@ fn means(keyframes: &[Keyframe]) -> Vec<f32> {
     let mut sums = vec![0.0f32; channels];
     for keyframe in keyframes {
         let all = keyframe.mask.clone().sum();
-        let inside = (keyframe.looks.clone() * keyframe.mask.clone())
-            .sum_dim(3)
-            .sum_dim(2);
+        let inside = (keyframe.looks.clone() * keyframe.mask.clone()).sum_dim(3).sum_dim(2);
         let means = inside.reshape([channels]) / all.clamp_min(1.0);
         let means = means.into_data().try_into_vec::<f32>().unwrap_or_default();
         for (sum, mean) in sums.iter_mut().zip(means) {

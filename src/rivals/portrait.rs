@@ -63,9 +63,7 @@ impl Portrait {
         let (scale, mean) = level(poses, &lights, &levels, effort.seed)?;
         let learner = Learner {
             interview: Shares::of(&poses.interview, &levels),
-            poses: (poses.poses.iter())
-                .map(|pose| pose.tensors(&autodiff))
-                .collect(),
+            poses: (poses.poses.iter()).map(|pose| pose.tensors(&autodiff)).collect(),
             brightness: poses.poses.iter().map(brightness).collect(),
             levels,
             lights,
@@ -77,20 +75,11 @@ impl Portrait {
         let network = PortraitNetwork::new(poses.size().0, poses.lamps(), mean / scale, &autodiff);
         let mut criterion = Criterion::default();
         let told = ("training portrait relighting", progress);
-        let (network, spent) = learn(
-            network.materialize(),
-            effort,
-            RATE,
-            told,
-            |network, step| learner.loss(network, &mut criterion, step),
-        )?;
-        Ok(Self {
-            network,
-            levels: learner.levels,
-            scale,
-            device: device.clone(),
-            spent,
-        })
+        let (network, spent) =
+            learn(network.materialize(), effort, RATE, told, |network, step| {
+                learner.loss(network, &mut criterion, step)
+            })?;
+        Ok(Self { network, levels: learner.levels, scale, device: device.clone(), spent })
     }
 
     /// How many lamps a light has.
@@ -115,9 +104,7 @@ impl Portrait {
         }
         let _turn = turn::DEVICE.lock();
         let encoding = self.encoding(frame);
-        let inside = tensor_from_mask(&frame.mask, &self.device)
-            .greater_elem(0.0)
-            .float();
+        let inside = tensor_from_mask(&frame.mask, &self.device).greater_elem(0.0).float();
         let mut pictures = Vec::with_capacity(lights.len());
         for lights in lights.chunks(AT_ONCE) {
             let shares: Vec<Shares> = lights.iter().map(|l| Shares::of(l, &self.levels)).collect();
@@ -205,12 +192,7 @@ impl Learner {
                 olats: Some(&encode(Tensor::cat(truths, 0) * gain)),
                 plate: &encoded,
                 weights: &Tensor::zeros([TARGETS, 3, 1, 1], &self.device),
-                settings: LossSettings {
-                    gain,
-                    shift: by,
-                    reconstruction: 1.0,
-                    rendering: 0.0,
-                },
+                settings: LossSettings { gain, shift: by, reconstruction: 1.0, rendering: 0.0 },
             },
             None,
             None,
@@ -248,11 +230,7 @@ fn level(poses: &Poses, lights: &Lights, levels: &[[f32; 3]], seed: u64) -> Resu
         let weights = lights.draw(&mut draw(seed, light, 13));
         let pose = &poses.poses[light as usize % poses.poses.len()];
         let picture = pose.relit(&Shares::of(&weights, levels).normal(&weights));
-        values.extend(
-            subject(&pose.mask)
-                .step_by(4)
-                .flat_map(|i| picture.pixels[i]),
-        );
+        values.extend(subject(&pose.mask).step_by(4).flat_map(|i| picture.pixels[i]));
     }
     let mean = values.iter().sum::<f32>() / values.len().max(1) as f32;
     let level = bright_level(&mut values).ok_or_else(|| {

@@ -100,10 +100,7 @@ impl PortraitNetwork {
                 x = kernels::group_norm(x, norm, LEAK);
             }
         }
-        Encoding {
-            bottleneck: x,
-            skips,
-        }
+        Encoding { bottleneck: x, skips }
     }
 
     /// The light that the plate was taken in, `[1, 3·lamps]`: places vote, by how sure they are.
@@ -113,9 +110,7 @@ impl PortraitNetwork {
         let [_, channels, h, w] = votes.dims();
         let votes = votes.reshape([channels, h * w]);
         let sure = activation::softmax(votes.clone().narrow(0, channels - 1, 1), 1);
-        (votes.narrow(0, 0, channels - 1) * sure)
-            .sum_dim(1)
-            .reshape([1, channels - 1])
+        (votes.narrow(0, 0, channels - 1) * sure).sum_dim(1).reshape([1, channels - 1])
     }
 
     /// The subject in other lights, `[n, 3·lamps]` → `[n, 3, size, size]` in (0, 1).

@@ -49,11 +49,7 @@ impl Poses {
             progress.step("reading exemplars", pose as u64, count as u64, "");
             let exemplar = Exemplar::load(project, &calibration.response, pose)?;
             let plate = exemplar.relit_by_all(project, &calibration.response, &light)?;
-            poses.push(Pose {
-                plate,
-                mask: exemplar.mask,
-                olats: exemplar.olats,
-            });
+            poses.push(Pose { plate, mask: exemplar.mask, olats: exemplar.olats });
         }
         progress.step("reading exemplars", count as u64, count as u64, "");
         poses.retain(|pose| subject(&pose.mask).next().is_some());
@@ -66,11 +62,7 @@ impl Poses {
                 "Check the mattes of the poses: white where the subject is",
             ));
         }
-        Ok(Self {
-            poses,
-            rig: calibration.rig.clone(),
-            interview: calibration.learnt_light(),
-        })
+        Ok(Self { poses, rig: calibration.rig.clone(), interview: calibration.learnt_light() })
     }
 
     /// How many lamps there are.

@@ -18,12 +18,7 @@ pub struct Quiet {
 
 impl Default for Quiet {
     fn default() -> Self {
-        Self {
-            steps: 0,
-            passed: 0.0,
-            now: 0.0,
-            least: f64::INFINITY,
-        }
+        Self { steps: 0, passed: 0.0, now: 0.0, least: f64::INFINITY }
     }
 }
 

@@ -20,19 +20,11 @@ fn poses(most: usize) -> Poses {
 }
 
 fn effort(steps: u64) -> Effort {
-    Effort {
-        minutes: 1e3,
-        steps: Some(steps),
-        seed: 7,
-    }
+    Effort { minutes: 1e3, steps: Some(steps), seed: 7 }
 }
 
 fn frame(pose: &Pose) -> Frame {
-    Frame {
-        index: 0,
-        plate: pose.plate.clone(),
-        mask: pose.mask.clone(),
-    }
+    Frame { index: 0, plate: pose.plate.clone(), mask: pose.mask.clone() }
 }
 
 fn alone(lamps: usize, lit: usize) -> Vec<[f32; 3]> {
@@ -62,10 +54,7 @@ fn unmoved(pose: &Pose, truth: &Image) -> Image {
     let (plate, truth) = (sums(&pose.plate), sums(truth));
     let pixels = pose.plate.pixels.iter();
     let scaled = |p: &[f32; 3]| std::array::from_fn(|c| p[c] * truth[c] / plate[c].max(1e-6));
-    Image {
-        pixels: pixels.map(scaled).collect(),
-        ..pose.plate.clone()
-    }
+    Image { pixels: pixels.map(scaled).collect(), ..pose.plate.clone() }
 }
 
 #[test]
@@ -73,34 +62,23 @@ fn patches_learn_each_look_of_one_pose() {
     let poses = poses(1);
     let pose = &poses.poses[0];
     let lights: Vec<_> = (0..3).map(|lamp| alone(poses.lamps(), lamp)).collect();
-    let learnt = PatchStyle::learn(
-        &poses,
-        &lights,
-        &effort(250),
-        &Device::flex(),
-        &Progress::silent(),
-    )
-    .unwrap();
+    let learnt =
+        PatchStyle::learn(&poses, &lights, &effort(250), &Device::flex(), &Progress::silent())
+            .unwrap();
     assert_eq!(learnt.spent.steps, 250);
     assert!(learnt.spent.seconds > 0.0);
     let pictures = learnt.relit(&frame(pose)).unwrap();
     assert_eq!(pictures.len(), 3);
     for (picture, light) in pictures.iter().zip(&lights) {
         let truth = pose.relit(light);
-        let (found, trivial) = (
-            error(picture, &truth, pose),
-            error(&unmoved(pose, &truth), &truth, pose),
-        );
+        let (found, trivial) =
+            (error(picture, &truth, pose), error(&unmoved(pose, &truth), &truth, pose));
         println!("off by {found:.3}, the plate itself by {trivial:.3}");
         // So few steps show that it learns, not how far it comes.
         assert!(found < 0.75 * trivial, "{found}, {trivial}");
     }
     let outside = (0..pose.mask.pixels.len()).filter(|&i| pose.mask.pixels[i] == 0.0);
-    assert!(
-        outside
-            .into_iter()
-            .all(|i| pictures[0].pixels[i] == [0.0; 3])
-    );
+    assert!(outside.into_iter().all(|i| pictures[0].pixels[i] == [0.0; 3]));
 }
 
 #[test]
@@ -109,9 +87,7 @@ fn a_portrait_learns_one_pose_in_every_light_and_follows_the_light() {
     let pose = &poses.poses[0];
     let learnt = Portrait::learn(&poses, &effort(400), &Device::flex(), &Progress::silent());
     let learnt = learnt.unwrap();
-    let lights: Vec<_> = (0..poses.lamps())
-        .map(|l| alone(poses.lamps(), l))
-        .collect();
+    let lights: Vec<_> = (0..poses.lamps()).map(|l| alone(poses.lamps(), l)).collect();
     let frame = frame(pose);
     let pictures = learnt.relit(&frame, &lights).unwrap();
     let (mut found, mut trivial, mut swapped) = (0.0, 0.0, 0.0);
@@ -130,10 +106,7 @@ fn a_portrait_learns_one_pose_in_every_light_and_follows_the_light() {
     assert!(found < 0.5 * swapped, "{found}, {swapped}");
 
     // Twice the light is twice the picture, and colour is the light's.
-    let tinted: Vec<_> = lights[0]
-        .iter()
-        .map(|w| [2.0 * w[0], 2.0 * w[1], 0.0])
-        .collect();
+    let tinted: Vec<_> = lights[0].iter().map(|w| [2.0 * w[0], 2.0 * w[1], 0.0]).collect();
     let tinted = learnt.relit(&frame, &[tinted]).unwrap();
     assert!(tinted[0].pixels.iter().all(|p| p[2] == 0.0));
     let sum = |image: &Image| image.pixels.iter().map(|p| p[1]).sum::<f32>();
@@ -150,10 +123,7 @@ fn a_portrait_learns_one_pose_in_every_light_and_follows_the_light() {
     println!("the interview's light is off by {mean:.3}");
     assert!(mean < 0.1, "{mean}");
 
-    let short = learnt
-        .relit(&frame, &[alone(2, 0)])
-        .unwrap_err()
-        .to_string();
+    let short = learnt.relit(&frame, &[alone(2, 0)]).unwrap_err().to_string();
     assert!(short.contains("2 lamps, but 6 were learnt"), "{short}");
 }
 
@@ -165,10 +135,7 @@ fn one_seed_gives_one_network_on_the_cpu() {
     let lights = [alone(poses.lamps(), 2)];
     let patches = || PatchStyle::learn(&poses, &lights, &effort(3), &device, &silent).unwrap();
     let portrait = || Portrait::learn(&poses, &effort(3), &device, &silent).unwrap();
-    assert_eq!(
-        patches().relit(&frame).unwrap(),
-        patches().relit(&frame).unwrap()
-    );
+    assert_eq!(patches().relit(&frame).unwrap(), patches().relit(&frame).unwrap());
     assert_eq!(
         portrait().relit(&frame, &lights).unwrap(),
         portrait().relit(&frame, &lights).unwrap()
@@ -178,11 +145,7 @@ fn one_seed_gives_one_network_on_the_cpu() {
 #[test]
 fn time_ends_a_run_and_so_does_a_stop() {
     let poses = poses(1);
-    let brief = Effort {
-        minutes: 1e-9,
-        steps: None,
-        seed: 1,
-    };
+    let brief = Effort { minutes: 1e-9, steps: None, seed: 1 };
     let (device, lights) = (Device::flex(), [alone(poses.lamps(), 0)]);
     let learnt = PatchStyle::learn(&poses, &lights, &brief, &device, &Progress::silent());
     assert_eq!(learnt.unwrap().spent.steps, 1);
@@ -193,10 +156,7 @@ fn time_ends_a_run_and_so_does_a_stop() {
     assert!(Portrait::learn(&poses, &effort(5), &device, &stopped).is_err());
     let none = PatchStyle::learn(&poses, &[], &brief, &device, &Progress::silent());
     let none = none.err().unwrap().to_string();
-    assert!(
-        none.contains("no light whose look could be learnt"),
-        "{none}"
-    );
+    assert!(none.contains("no light whose look could be learnt"), "{none}");
 }
 
 /// Dark lamps, lights without a channel, few lamps: weights and shares stay numbers.

@@ -7,10 +7,7 @@ use std::collections::BTreeMap;
 
 /// The keys of each setting that has some.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(
-    from = "BTreeMap<Setting, Keyframes>",
-    into = "BTreeMap<Setting, Keyframes>"
-)]
+#[serde(from = "BTreeMap<Setting, Keyframes>", into = "BTreeMap<Setting, Keyframes>")]
 pub struct Animation {
     lanes: BTreeMap<Setting, Keyframes>,
 }
@@ -97,14 +94,8 @@ mod tests {
         animation.set(Setting::Light(7, LightSetting::Yaw), keys("0:1"));
         let before = Lighting {
             placed: vec![
-                PlacedLight {
-                    id: 1,
-                    ..PlacedLight::default()
-                },
-                PlacedLight {
-                    id: 2,
-                    ..PlacedLight::default()
-                },
+                PlacedLight { id: 1, ..PlacedLight::default() },
+                PlacedLight { id: 2, ..PlacedLight::default() },
             ],
             roll_deg: 3.0,
             ..Lighting::default()
@@ -138,10 +129,7 @@ mod tests {
         animation.set(Setting::Effect(Pass::Glare), steep);
         animation.set(Setting::Exposure, keys("3:1e9"));
         let glare = |frame| animation.value(Setting::Effect(Pass::Glare), frame);
-        assert_eq!(
-            (glare(2.0), glare(8.0), glare(0.0)),
-            (Some(1.0), Some(0.0), Some(0.8))
-        );
+        assert_eq!((glare(2.0), glare(8.0), glare(0.0)), (Some(1.0), Some(0.0), Some(0.8)));
         assert_eq!(animation.value(Setting::Exposure, 0.0), Some(10.0));
         assert_eq!(animation.value(Setting::Tint, 0.0), None);
     }
@@ -162,21 +150,14 @@ mod tests {
         let read: Animation = serde_json::from_str(short).unwrap();
         let lanes: Vec<Setting> = read.lanes().map(|(setting, _)| setting).collect();
         assert_eq!(lanes, [Setting::Tint]);
-        let key = Key {
-            frame: 4.0,
-            value: -3.0,
-            ..Key::default()
-        };
+        let key = Key { frame: 4.0, value: -3.0, ..Key::default() };
         assert_eq!(read.of(Setting::Tint).unwrap().keys(), [key]);
         for broken in [
             r#"{"tilt": {"keys": []}}"#,
             r#"{"tint": {"keys": [{"frame": 1e99, "value": 0}]}}"#,
             r#"{"tint": {"keys": [{"frame": 1, "value": 0, "in": 1e99}]}}"#,
         ] {
-            assert!(
-                serde_json::from_str::<Animation>(broken).is_err(),
-                "{broken}"
-            );
+            assert!(serde_json::from_str::<Animation>(broken).is_err(), "{broken}");
         }
         animation.retain(|setting| setting == Setting::Yaw);
         assert!(animation.is_empty());

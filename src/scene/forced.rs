@@ -30,9 +30,7 @@ impl Forced {
 impl From<BTreeMap<Pass, bool>> for Forced {
     fn from(table: BTreeMap<Pass, bool>) -> Self {
         let all = table.into_iter();
-        all.fold(Self::default(), |forced, (pass, run)| {
-            forced.with(pass, Some(run))
-        })
+        all.fold(Self::default(), |forced, (pass, run)| forced.with(pass, Some(run)))
     }
 }
 
@@ -50,9 +48,8 @@ mod tests {
 
     #[test]
     fn what_is_forced_is_kept_by_name() {
-        let forced = Forced::default()
-            .with(Pass::LightWrap, Some(true))
-            .with(Pass::Dither, Some(false));
+        let forced =
+            Forced::default().with(Pass::LightWrap, Some(true)).with(Pass::Dither, Some(false));
         let text = serde_json::to_string(&forced).unwrap();
         assert_eq!(text, r#"{"light_wrap":true,"dither":false}"#);
         assert_eq!(serde_json::from_str::<Forced>(&text).unwrap(), forced);
@@ -62,10 +59,7 @@ mod tests {
 
     #[test]
     fn a_forced_effect_is_asked_for_without_a_strength_and_one_forced_off_is_not() {
-        let mut effects = Effects {
-            glare: 0.5,
-            ..Effects::default()
-        };
+        let mut effects = Effects { glare: 0.5, ..Effects::default() };
         assert!(effects.asks(Pass::Glare) && !effects.asks(Pass::Grain));
         effects.forced = effects.forced.with(Pass::Glare, Some(false));
         effects.forced = effects.forced.with(Pass::Grain, Some(true));

@@ -211,11 +211,7 @@ mod tests {
             }
             let json = serde_json::to_value(effects).unwrap();
             let stored = json[strength.pass.name()].as_f64();
-            assert_eq!(
-                stored.map(|v| v as f32),
-                Some(strength.most),
-                "{strength:?}"
-            );
+            assert_eq!(stored.map(|v| v as f32), Some(strength.most), "{strength:?}");
             let option = format!("--{}", strength.pass.name().replace('_', "-"));
             let arguments = ["relight", &option, &strength.most.to_string()];
             let asked = Options::try_parse_from(arguments).unwrap();

@@ -297,9 +297,7 @@ impl FromStr for Setting {
                 .map(|strength| Self::Effect(strength.pass)),
             Some(("lights", rest)) => light(rest),
             Some(("groups", rest)) => group(rest),
-            _ => (PLAIN.iter())
-                .find(|(_, name, _)| *name == text)
-                .map(|(setting, ..)| *setting),
+            _ => (PLAIN.iter()).find(|(_, name, _)| *name == text).map(|(setting, ..)| *setting),
         };
         found.ok_or_else(|| {
             let plain = PLAIN.map(|(_, name, _)| name).join(", ");
@@ -335,10 +333,7 @@ mod tests {
         let mut lighting = Lighting {
             placed: vec![PlacedLight::default(); 2],
             groups: ["Left", "Right"]
-                .map(|name| LightGroup {
-                    name: name.to_owned(),
-                    ..LightGroup::default()
-                })
+                .map(|name| LightGroup { name: name.to_owned(), ..LightGroup::default() })
                 .into(),
             ..Lighting::default()
         };

@@ -26,12 +26,7 @@ pub struct Viewing {
 
 impl Default for Viewing {
     fn default() -> Self {
-        Self {
-            exposure_stops: 0.0,
-            gamma: 1.0,
-            view: None,
-            through: None,
-        }
+        Self { exposure_stops: 0.0, gamma: 1.0, view: None, through: None }
     }
 }
 
@@ -57,16 +52,9 @@ impl Viewing {
 
     /// What linear light is multiplied by, and the power that it is raised to then; both 1 if neither changes anything.
     pub fn factor_and_power(&self) -> [f32; 2] {
-        let Self {
-            exposure_stops,
-            gamma,
-            ..
-        } = Self {
-            exposure_stops: self.exposure_stops,
-            gamma: self.gamma,
-            ..Self::default()
-        }
-        .bounded();
+        let Self { exposure_stops, gamma, .. } =
+            Self { exposure_stops: self.exposure_stops, gamma: self.gamma, ..Self::default() }
+                .bounded();
         [exposure_stops.exp2(), gamma.recip()]
     }
 }
@@ -79,17 +67,9 @@ mod tests {
     fn the_neutral_one_changes_nothing_and_wild_numbers_come_into_range() {
         assert!(Viewing::default().is_neutral());
         assert_eq!(Viewing::default().factor_and_power(), [1.0, 1.0]);
-        let wild = Viewing {
-            exposure_stops: f32::NAN,
-            gamma: f32::NAN,
-            ..Viewing::default()
-        };
+        let wild = Viewing { exposure_stops: f32::NAN, gamma: f32::NAN, ..Viewing::default() };
         assert!(wild.bounded().is_neutral());
-        let wild = Viewing {
-            exposure_stops: f32::INFINITY,
-            gamma: 0.0,
-            ..Viewing::default()
-        };
+        let wild = Viewing { exposure_stops: f32::INFINITY, gamma: 0.0, ..Viewing::default() };
         assert_eq!(wild.factor_and_power(), [1024.0, 5.0]);
     }
 }

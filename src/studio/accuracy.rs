@@ -49,9 +49,8 @@ impl Accuracy {
             match pictures {
                 Ok(all) => {
                     let all = all.pictures.iter();
-                    self.pictures = all
-                        .map(|(name, codes)| (name.clone(), texture(codes)))
-                        .collect();
+                    self.pictures =
+                        all.map(|(name, codes)| (name.clone(), texture(codes))).collect();
                     self.failure = None;
                 }
                 Err(sentence) => self.failure = Some(sentence),

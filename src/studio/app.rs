@@ -92,10 +92,7 @@ pub struct StudioApp {
 
 /// Whether a person who went elsewhere wants to know of it: work that is over, or waits for them.
 fn needs_a_look(event: &Event) -> bool {
-    matches!(
-        event,
-        Event::Finished { .. } | Event::Exported(_) | Event::Report(Report::Blocked(_))
-    )
+    matches!(event, Event::Finished { .. } | Event::Exported(_) | Event::Report(Report::Blocked(_)))
 }
 
 /// Whether a key or a button of the pointer was pressed since the last frame.
@@ -112,9 +109,7 @@ fn closing_keys(state: &State) -> Vec<WindowCommand> {
 
 /// The window's title.
 pub(super) fn title(project: Option<&Project>) -> String {
-    project.map_or("Afterlight".to_owned(), |p| {
-        format!("Afterlight — {}", p.settings.name)
-    })
+    project.map_or("Afterlight".to_owned(), |p| format!("Afterlight — {}", p.settings.name))
 }
 
 impl StudioApp {
@@ -350,8 +345,7 @@ impl StudioApp {
         let unsaved = self.unsaved().map(str::to_owned);
         let saving = self.autosave.saving();
         if saving.is_some() {
-            ui.ctx()
-                .request_repaint_after(std::time::Duration::from_millis(500));
+            ui.ctx().request_repaint_after(std::time::Duration::from_millis(500));
         }
         let folded = self.autosave.folded().clone();
         let root = self.session.project.as_ref().map(|project| &project.root);
@@ -406,13 +400,7 @@ impl StudioApp {
         if let Some(worker) = &self.session.worker {
             let (library, state) = ((&self.library, &self.looks), &self.state);
             let root = self.session.project.as_ref().map(|project| &*project.root);
-            (self.preview).ask(
-                (worker, root),
-                &self.shown,
-                library,
-                state,
-                &mut self.status,
-            );
+            (self.preview).ask((worker, root), &self.shown, library, state, &mut self.status);
         }
         if self.shown.contains(&Pane::Project) || self.session.project.is_some() {
             self.picker.ask(&self.autosave, wake.clone());

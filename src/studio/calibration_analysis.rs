@@ -45,9 +45,7 @@ impl CalibrationAnalysis {
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) {
         let calibrations = self.calibrations;
-        let mut studied = shown
-            .iter()
-            .filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
+        let mut studied = shown.iter().filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
         let active = studied.clone().find(|&&pane| pane == state.active);
         let wanted = match active.or(studied.next()) {
             Some(Pane::Probe) => CalibrationRequest::Probe {
@@ -99,10 +97,7 @@ impl CalibrationAnalysis {
     /// Why there is none.
     pub fn found(&self) -> Result<Circle, String> {
         let found = &known(&self.probe, "mirror balls")?.found;
-        found
-            .as_ref()
-            .map(|found| found.circle)
-            .map_err(Clone::clone)
+        found.as_ref().map(|found| found.circle).map_err(Clone::clone)
     }
 }
 

@@ -172,26 +172,19 @@ mod tests {
         views.ask(&project, &state, move || {
             counted.fetch_add(1, Ordering::SeqCst);
         });
-        until(&mut views, &project, &mut state, |views, _| {
-            views.names().is_some()
-        });
+        until(&mut views, &project, &mut state, |views, _| views.names().is_some());
         let names = views.names().unwrap().clone().unwrap();
         assert_eq!(names.displays[0].name, SRGB);
         assert!(state.viewing.is_neutral());
         let wanted = names.displays[0].views[0].clone();
         state.show(ViewCommand::LookThrough(Some(view(&wanted))));
-        until(&mut views, &project, &mut state, |_, state| {
-            state.viewing.through.is_some()
-        });
+        until(&mut views, &project, &mut state, |_, state| state.viewing.through.is_some());
         assert_eq!(state.scene().viewing.through.unwrap().name, wanted);
         // An exposure leaves it, a reset does not.
         state.show(ViewCommand::StepViewing(1.0));
         assert!(state.viewing.through.is_some());
         state.show(ViewCommand::ResetView);
-        assert_eq!(
-            (&state.viewing, &state.color_view),
-            (&Viewing::default(), &None)
-        );
+        assert_eq!((&state.viewing, &state.color_view), (&Viewing::default(), &None));
         views.ask(&project, &state, || {});
         // A view that arrives late is not looked through.
         state.show(ViewCommand::LookThrough(Some(view(&wanted))));
@@ -208,21 +201,15 @@ mod tests {
     fn what_cannot_be_read_is_said_and_the_picture_stays_as_exported() {
         let (mut views, mut state) = (ColorViews::default(), State::new(1, 24.0));
         let gone = with(Some("/gone/config.ocio"));
-        let said = until(&mut views, &gone, &mut state, |views, _| {
-            views.names().is_some()
-        });
+        let said = until(&mut views, &gone, &mut state, |views, _| views.names().is_some());
         // Nobody asked for it: it is said where views are chosen.
         assert_eq!(said, None);
         let why = views.names().unwrap().clone().unwrap_err();
         assert!(why.contains("/gone/config.ocio"), "{why}");
         let project = with(Some("ocio://default"));
-        until(&mut views, &project, &mut state, |views, _| {
-            matches!(views.names(), Some(Ok(_)))
-        });
+        until(&mut views, &project, &mut state, |views, _| matches!(views.names(), Some(Ok(_))));
         state.show(ViewCommand::LookThrough(Some(view("Polaroid"))));
-        let said = until(&mut views, &project, &mut state, |_, state| {
-            state.color_view.is_none()
-        });
+        let said = until(&mut views, &project, &mut state, |_, state| state.color_view.is_none());
         assert!(said.unwrap().contains("Polaroid"));
         assert!(state.viewing.is_neutral() && matches!(views.names(), Some(Ok(_))));
     }
@@ -240,10 +227,7 @@ mod tests {
         const OLD: &str = "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1";
         let (new, old) = (with(Some(NEW)), with(Some(OLD)));
         // Both have this space and a view of this name.
-        let space = ColorChoice {
-            space: Some("ACEScg".to_owned()),
-            ..ColorChoice::default()
-        };
+        let space = ColorChoice { space: Some("ACEScg".to_owned()), ..ColorChoice::default() };
         for kept in [space, view("Raw")] {
             state.export_options.ocio = kept.clone();
             for (project, path) in [(&new, NEW), (&old, OLD)] {
@@ -262,9 +246,7 @@ mod tests {
         // What is looked through.
         until(&mut views, &new, &mut state, read(NEW));
         state.show(ViewCommand::LookThrough(Some(view(first))));
-        until(&mut views, &new, &mut state, |_, state| {
-            state.viewing.through.is_some()
-        });
+        until(&mut views, &new, &mut state, |_, state| state.viewing.through.is_some());
         let said = until(&mut views, &old, &mut state, read(OLD));
         assert!(said.unwrap().contains(&**first));
         assert_eq!((&state.color_view, &state.viewing.through), (&None, &None));

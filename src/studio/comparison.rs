@@ -132,8 +132,7 @@ impl CompareSettings {
         looks: &StoredLooks,
         environments: &[EnvironmentEntry],
     ) -> [Option<Comparison>; 2] {
-        self.references()
-            .map(|shown| shown?.picture(state, looks, environments).ok())
+        self.references().map(|shown| shown?.picture(state, looks, environments).ok())
     }
 
     /// Why one of the pictures is not there.
@@ -144,9 +143,7 @@ impl CompareSettings {
         environments: &[EnvironmentEntry],
     ) -> Option<String> {
         let compared = self.references().into_iter().flatten();
-        compared
-            .filter_map(|one| one.picture(state, looks, environments).err())
-            .next()
+        compared.filter_map(|one| one.picture(state, looks, environments).err()).next()
     }
 
     /// A look has another name.
@@ -203,9 +200,7 @@ impl Reference {
 
 /// Why an environment of the list gives no light.
 fn reading(environments: &[EnvironmentEntry], listed: &ListedEnvironment) -> String {
-    let entry = environments
-        .iter()
-        .find(|e| e.listed.origin == listed.origin);
+    let entry = environments.iter().find(|e| e.listed.origin == listed.origin);
     match entry.is_some_and(|entry| entry.panorama.is_failed()) {
         true => format!("{} cannot be read", listed.name),
         false => format!("Reading {}", listed.name),
@@ -243,11 +238,7 @@ mod tests {
 
     /// An entry of the list whose light is in memory.
     fn read(listed: &ListedEnvironment, light: &Arc<Environment>) -> EnvironmentEntry {
-        let dot = || SrgbPicture {
-            width: 1,
-            height: 1,
-            rgb: vec![0; 3],
-        };
+        let dot = || SrgbPicture { width: 1, height: 1, rgb: vec![0; 3] };
         EnvironmentEntry {
             listed: listed.clone(),
             panorama: PanoramaState::Done {
@@ -280,10 +271,7 @@ mod tests {
         let mut entries: Vec<_> = list.iter().map(|listed| read(listed, &grey)).collect();
         let looks = StoredLooks::new(None, || {});
         let compared = state.compare.pictures(&state, &looks, &entries);
-        assert_eq!(
-            compared,
-            [None, Some(Comparison::Light(grey.clone(), -10.0))]
-        );
+        assert_eq!(compared, [None, Some(Comparison::Light(grey.clone(), -10.0))]);
         assert_eq!(state.compare.missing(&state, &looks, &entries), None);
         state.compare.first = Some(Reference::Plate);
         let said = |state: &State, entries: &[EnvironmentEntry]| {
@@ -307,10 +295,7 @@ mod tests {
     #[test]
     fn a_look_that_is_not_stored_is_said_by_its_name() {
         let mut state = State::new(1, 24.0);
-        let id = |name: &str| LookId {
-            shelf: Shelf::Project,
-            name: LookName::new(name).unwrap(),
-        };
+        let id = |name: &str| LookId { shelf: Shelf::Project, name: LookName::new(name).unwrap() };
         let looks = StoredLooks::new(None, || {});
         state.compare.on = true;
         state.compare.first = Some(Reference::Look(id("warm"), Some(3)));

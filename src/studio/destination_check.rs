@@ -44,12 +44,7 @@ impl DestinationCheck {
         wake: impl Fn() + Send + 'static,
         find: impl FnMut(&DestinationQuery) -> Result<ExistingFiles> + Send + 'static,
     ) -> Self {
-        Self {
-            lookup: Lookup::start(wake, find),
-            asked: None,
-            found: None,
-            failure: None,
-        }
+        Self { lookup: Lookup::start(wake, find), asked: None, found: None, failure: None }
     }
 
     /// Asks if the question changed.
@@ -87,11 +82,7 @@ impl ExistingFiles {
         // A destination that is not understood has no files; the export says what is wrong with it.
         let files = Destination::parse(&query.to).map_or(0, |d| d.taken(first, last));
         let free = untaken(&query.to, first, last).unwrap_or_else(|_| query.to.clone());
-        Self {
-            query: query.clone(),
-            files,
-            free,
-        }
+        Self { query: query.clone(), files, free }
     }
 }
 
@@ -112,10 +103,7 @@ mod tests {
         let mut destination_check = DestinationCheck::new(|| {});
         let started = Instant::now();
         let mut until = |query: DestinationQuery| {
-            while destination_check
-                .found()
-                .is_none_or(|found| found.query != query)
-            {
+            while destination_check.found().is_none_or(|found| found.query != query) {
                 assert!(started.elapsed() < Duration::from_secs(60));
                 destination_check.ask(query.clone());
                 destination_check.receive();
@@ -142,11 +130,7 @@ mod tests {
             },
         );
         let mut ask = |to: &str| {
-            check.ask(DestinationQuery {
-                to: to.to_owned(),
-                range: (0, 0),
-                finished: 0,
-            });
+            check.ask(DestinationQuery { to: to.to_owned(), range: (0, 0), finished: 0 });
             woken.recv().unwrap();
             check.receive();
             let found = check.found().map(|found| found.query.to.clone());

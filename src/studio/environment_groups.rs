@@ -23,10 +23,7 @@ pub fn shown(entries: &[EnvironmentEntry], search: &str) -> Vec<EnvironmentGroup
 /// The entry `step` places after `from` in what is shown, around its end; None if nothing is. One that is not shown stands
 /// before the first.
 pub fn step(groups: &[EnvironmentGroup], from: usize, step: isize) -> Option<usize> {
-    let order: Vec<usize> = groups
-        .iter()
-        .flat_map(|group| group.entries.clone())
-        .collect();
+    let order: Vec<usize> = groups.iter().flat_map(|group| group.entries.clone()).collect();
     let count = order.len() as isize;
     let place = order.iter().position(|&entry| entry == from);
     let place = place.map_or(if step > 0 { -1 } else { 0 }, |place| place as isize);
@@ -79,10 +76,7 @@ fn folder_titles<'a>(
         end.display().to_string()
     };
     let mut titles = BTreeMap::new();
-    let longest = folders
-        .iter()
-        .map(|folder| folder.components().count())
-        .max();
+    let longest = folders.iter().map(|folder| folder.components().count()).max();
     for parts in 1..=longest.unwrap_or(0) {
         let mut alike: BTreeMap<String, Vec<&Path>> = BTreeMap::new();
         for folder in &folders {
@@ -107,12 +101,7 @@ mod tests {
     use worker::Origin;
 
     fn listed(name: &str, origin: Origin, owner: Owner) -> ListedEnvironment {
-        ListedEnvironment {
-            name: name.to_owned(),
-            origin,
-            front: None,
-            owner,
-        }
+        ListedEnvironment { name: name.to_owned(), origin, front: None, owner }
     }
 
     fn list() -> Vec<ListedEnvironment> {
@@ -134,14 +123,9 @@ mod tests {
     fn titled(favourites: &[usize], search: &str) -> Vec<(String, Vec<usize>)> {
         let list = list();
         let marked = list.iter().enumerate();
-        let marked: Vec<_> = marked
-            .map(|(i, one)| (one, favourites.contains(&i)))
-            .collect();
+        let marked: Vec<_> = marked.map(|(i, one)| (one, favourites.contains(&i))).collect();
         let groups = grouped(&marked, search);
-        groups
-            .into_iter()
-            .map(|group| (group.title, group.entries))
-            .collect()
+        groups.into_iter().map(|group| (group.title, group.entries)).collect()
     }
 
     #[test]
@@ -159,10 +143,7 @@ mod tests {
         );
         assert_eq!(titled(&[], "NIGHT"), [group("night", &[2, 4])]);
         assert_eq!(titled(&[], "b ni"), [group("night", &[4])]);
-        assert_eq!(
-            titled(&[4], "night"),
-            [group("Favourites", &[4]), group("night", &[2])]
-        );
+        assert_eq!(titled(&[4], "night"), [group("Favourites", &[4]), group("night", &[2])]);
         assert_eq!(titled(&[4], "favour"), [group("Favourites", &[4])]);
         assert_eq!(titled(&[], "no such"), []);
     }

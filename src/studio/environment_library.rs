@@ -150,11 +150,7 @@ impl EnvironmentLibrary {
         let woken = self.ctx.clone();
         let wake = move || woken.request_repaint();
         let root = self.root.clone()?;
-        Some(EnvironmentListWriter::start(
-            root,
-            environment_list::saved(&self.list),
-            wake,
-        ))
+        Some(EnvironmentListWriter::start(root, environment_list::saved(&self.list), wake))
     }
 
     /// The list of a project that was just opened, and a sentence for each file that is missing. If `saved`, changes
@@ -296,10 +292,7 @@ impl EnvironmentLibrary {
                         self.read.push(origin.clone());
                     }
                     let thumbnail = self.ctx.load_texture(origin.to_string(), picture, options);
-                    PanoramaState::Done {
-                        panorama: ReadPanorama::of(panorama),
-                        thumbnail,
-                    }
+                    PanoramaState::Done { panorama: ReadPanorama::of(panorama), thumbnail }
                 }
                 Err(e) => {
                     // A disk may be away for a while.
@@ -340,9 +333,7 @@ mod tests {
             assert!(library.receive().is_empty());
             library.use_light(used);
             let mut entries = library.entries().iter();
-            let lit = used
-                .iter()
-                .all(|origin| library.environment(origin).is_some());
+            let lit = used.iter().all(|origin| library.environment(origin).is_some());
             (entries.all(|entry| done(&entry.panorama)) && lit).then_some(())
         });
     }

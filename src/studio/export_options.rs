@@ -16,9 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Extensions that a name may end in: the format's takes their place.
-const ENDINGS: [&str; 8] = [
-    ".png", ".tif", ".tiff", ".exr", ".mp4", ".mov", ".mkv", ".mxf",
-];
+const ENDINGS: [&str; 8] = [".png", ".tif", ".tiff", ".exr", ".mp4", ".mov", ".mkv", ".mxf"];
 
 /// The chosen options.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,10 +60,7 @@ impl ExportOptions {
     pub fn of(project: &Project) -> Self {
         let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
         let name: String = project.settings.name.chars().map(plain).collect();
-        Self {
-            name: format!("exports/{name}"),
-            ..Self::default()
-        }
+        Self { name: format!("exports/{name}"), ..Self::default() }
     }
 
     /// The table that is baked into codes; None if there is none, for an EXR, which has no codes, and where a configuration
@@ -78,13 +73,7 @@ impl ExportOptions {
 
     /// What files hold whose colours a configuration decides; None if none does.
     pub fn ocio_sentence(&self) -> Option<String> {
-        let ColorChoice {
-            display,
-            view,
-            look,
-            space,
-            ..
-        } = &self.ocio;
+        let ColorChoice { display, view, look, space, .. } = &self.ocio;
         Some(match (space, view) {
             (Some(space), _) if self.format == Format::Exr => {
                 format!("Writes linear light in {space} of the OpenColorIO configuration.")
@@ -232,11 +221,7 @@ impl ExportOptions {
             background: self.background.unwrap_or(look.background),
             files: Files {
                 to: self.to(&project.root),
-                existing: if self.replaces() {
-                    Existing::Replace
-                } else {
-                    Existing::Keep
-                },
+                existing: if self.replaces() { Existing::Replace } else { Existing::Keep },
                 at: self.at,
                 size: self.size,
                 bits: self.format.bits(),
@@ -294,11 +279,7 @@ mod tests {
     use scene::{LightSetting, Output, STRENGTHS};
 
     fn named(name: &str, format: Format) -> ExportOptions {
-        ExportOptions {
-            name: name.to_owned(),
-            format,
-            ..ExportOptions::default()
-        }
+        ExportOptions { name: name.to_owned(), format, ..ExportOptions::default() }
     }
 
     #[test]
@@ -312,10 +293,7 @@ mod tests {
         options.layers = true;
         assert_eq!(able(&options), HandOver::ALL);
         options.exr.layers = LayerFiles::Parts;
-        assert_eq!(
-            able(&options),
-            [HandOver::Nuke, HandOver::Otio, HandOver::Edl]
-        );
+        assert_eq!(able(&options), [HandOver::Nuke, HandOver::Otio, HandOver::Edl]);
         options.format = Format::Movie(export::Codec::ProRes4444);
         assert_eq!(able(&options), [HandOver::Otio, HandOver::Edl]);
         options.movie_alpha = MovieAlpha::Premultiplied;
@@ -328,14 +306,8 @@ mod tests {
     fn a_name_and_a_format_are_a_destination() {
         let to = |name, format| named(name, format).to(Path::new("/film"));
         assert_eq!(to("exports/a", Format::Png16), "/film/exports/a.%04d.png");
-        assert_eq!(
-            to(" a.mov ", Format::Movie(export::Codec::H264)),
-            "/film/a.mp4"
-        );
-        assert_eq!(
-            to("/else/v1.2", Format::Movie(export::Codec::ProRes4444)),
-            "/else/v1.2.mov"
-        );
+        assert_eq!(to(" a.mov ", Format::Movie(export::Codec::H264)), "/film/a.mp4");
+        assert_eq!(to("/else/v1.2", Format::Movie(export::Codec::ProRes4444)), "/else/v1.2.mov");
         assert_eq!(to("100%", Format::Exr), "/film/100%%.%04d.exr");
         let mut options = ExportOptions::default();
         options.choose(Path::new("/film/b/c.png"), Path::new("/film"));
@@ -376,17 +348,11 @@ mod tests {
         assert_eq!((configured.space, configured.lut), (None, None));
         assert_eq!(configured.ocio, options.ocio);
         let said = options.ocio_sentence().unwrap();
-        assert!(
-            said.contains("the view Film for Monitor, in place"),
-            "{said}"
-        );
+        assert!(said.contains("the view Film for Monitor, in place"), "{said}");
         options.ocio.look = Some("warm".to_owned());
         let said = options.ocio_sentence().unwrap();
         assert!(said.contains("with the look warm, in place"), "{said}");
-        options.ocio = ColorChoice {
-            space: Some("ACEScg".to_owned()),
-            ..ColorChoice::default()
-        };
+        options.ocio = ColorChoice { space: Some("ACEScg".to_owned()), ..ColorChoice::default() };
         let said = options.ocio_sentence().unwrap();
         assert!(said.contains("the colour space ACEScg"), "{said}");
         options.format = Format::Exr;
@@ -427,14 +393,8 @@ mod tests {
         let mut s = State::new(12, 24.0);
         s.change(LookCommand::Yaw(170.0));
         let mut lighting = s.look.lighting.clone();
-        let group = LightGroup {
-            name: "Left".to_owned(),
-            ..LightGroup::default()
-        };
-        let light = PlacedLight {
-            group: group.name.clone(),
-            ..PlacedLight::default()
-        };
+        let group = LightGroup { name: "Left".to_owned(), ..LightGroup::default() };
+        let light = PlacedLight { group: group.name.clone(), ..PlacedLight::default() };
         (lighting.placed, lighting.groups) = (vec![light; 2], vec![group]);
         s.change(LookCommand::Lighting(Box::new(lighting)));
         let effects = STRENGTHS.iter().map(|s| Setting::Effect(s.pass));
@@ -485,27 +445,12 @@ mod tests {
 
     #[test]
     fn what_is_in_the_way_is_said() {
-        let ready = Phase::Ready {
-            device: "CPU".into(),
-        };
+        let ready = Phase::Ready { device: "CPU".into() };
         let look = LookSettings::default();
         let waiting = PanoramaState::Waiting;
         let says = |options: &ExportOptions, phase| options.obstacle(phase, Some(&waiting), &look);
-        assert!(
-            says(&ExportOptions::default(), &Phase::Opening)
-                .unwrap()
-                .contains("network")
-        );
-        assert!(
-            says(&ExportOptions::default(), &ready)
-                .unwrap()
-                .contains("environment")
-        );
-        assert!(
-            ExportOptions::default()
-                .obstacle(&ready, None, &look)
-                .unwrap()
-                .contains("Choose")
-        );
+        assert!(says(&ExportOptions::default(), &Phase::Opening).unwrap().contains("network"));
+        assert!(says(&ExportOptions::default(), &ready).unwrap().contains("environment"));
+        assert!(ExportOptions::default().obstacle(&ready, None, &look).unwrap().contains("Choose"));
     }
 }

@@ -106,10 +106,7 @@ impl FootageReader {
 
     /// The thumbnails that a pane has asked for.
     pub fn wanted(&self, pane: Pane) -> &[Thumbnail] {
-        self.wanted
-            .get(&pane)
-            .map(Vec::as_slice)
-            .unwrap_or_default()
+        self.wanted.get(&pane).map(Vec::as_slice).unwrap_or_default()
     }
 
     /// Reads the shown picture again: a job may have made its matte.
@@ -122,19 +119,16 @@ impl FootageReader {
         all.truncate(MOST_THUMBNAILS);
         self.wanted.insert(pane, all);
         let wanted = &self.wanted;
-        self.thumbnails
-            .retain(|one, _| wanted.values().any(|all| all.contains(one)));
+        self.thumbnails.retain(|one, _| wanted.values().any(|all| all.contains(one)));
     }
 
     /// Takes in what was read. Called in every frame of the window.
     pub fn receive(&mut self, ctx: &Context) {
         if let Some((request, read)) = self.pictures.iter().flat_map(Lookup::answers).last() {
             self.picture = Some(match read {
-                Ok((codes, size)) => Ok(FootagePicture {
-                    size,
-                    texture: texture(ctx, "footage", &codes),
-                    request,
-                }),
+                Ok((codes, size)) => {
+                    Ok(FootagePicture { size, texture: texture(ctx, "footage", &codes), request })
+                }
                 Err(e) => Err(e.to_string()),
             });
         }
@@ -161,10 +155,7 @@ impl FootageReader {
         if shoot.frames.is_empty() || shoot.poses.is_empty() || shoot.lamps.is_empty() {
             return;
         }
-        let FootageView {
-            matte: view,
-            exemplars,
-        } = view;
+        let FootageView { matte: view, exemplars } = view;
         let request = if exemplars {
             let pose = pose.min(shoot.poses.len() - 1);
             FootageRequest {
@@ -181,9 +172,8 @@ impl FootageReader {
             }
         };
         if self.asked.as_ref() != Some(&request) {
-            let lookup = self
-                .pictures
-                .get_or_insert_with(|| Lookup::start(wake, FootageRequest::read));
+            let lookup =
+                self.pictures.get_or_insert_with(|| Lookup::start(wake, FootageRequest::read));
             lookup.ask(request.clone());
             self.asked = Some(request);
         }
@@ -265,11 +255,7 @@ fn codes(picture: &Image, (width, height): (usize, usize)) -> SrgbPicture {
 pub fn reduced((width, height): (usize, usize), most: usize) -> (usize, usize) {
     let longer = width.max(height);
     let scaled = |length: usize| (length * most / longer).max(1);
-    if longer <= most {
-        (width, height)
-    } else {
-        (scaled(width), scaled(height))
-    }
+    if longer <= most { (width, height) } else { (scaled(width), scaled(height)) }
 }
 
 /// A picture on the screen.

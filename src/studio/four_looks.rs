@@ -81,9 +81,7 @@ impl FourLooks {
     /// The environments of what is shown.
     pub fn environments(&self, state: &State, stored: &StoredLooks) -> Vec<Origin> {
         let shown = self.slots.iter().filter(|_| self.on);
-        shown
-            .filter_map(|slot| slot.environment(state, stored))
-            .collect()
+        shown.filter_map(|slot| slot.environment(state, stored)).collect()
     }
 
     /// A look has another name.
@@ -138,10 +136,7 @@ impl FourPicture {
             return Self::Missing("No environment".to_owned());
         };
         match light_of(environments, &entry.listed.origin) {
-            Some(environment) => Self::View(LookView {
-                scene: state.scene_of(look),
-                environment,
-            }),
+            Some(environment) => Self::View(LookView { scene: state.scene_of(look), environment }),
             None if entry.panorama.is_failed() => {
                 Self::Missing(format!("{} cannot be read", entry.listed.name))
             }
@@ -158,19 +153,11 @@ mod tests {
 
     #[test]
     fn places_are_filled_once_and_follow_a_new_name() {
-        let id = |name: &str| LookId {
-            shelf: Shelf::Project,
-            name: LookName::new(name).unwrap(),
-        };
+        let id = |name: &str| LookId { shelf: Shelf::Project, name: LookName::new(name).unwrap() };
         let mut four = FourLooks::default();
         four.fill(["warm", "cold"].map(id).into_iter());
         let stored = |name| FourSlot::Stored(id(name), None);
-        let filled = [
-            FourSlot::Present,
-            stored("warm"),
-            stored("cold"),
-            FourSlot::Empty,
-        ];
+        let filled = [FourSlot::Present, stored("warm"), stored("cold"), FourSlot::Empty];
         assert_eq!(four.slots, filled);
         four.slots[0] = FourSlot::Empty;
         four.fill(["other"].map(id).into_iter());

@@ -16,27 +16,19 @@ pub struct KeySelection {
 impl KeySelection {
     /// One key alone.
     pub fn one(setting: Setting, frame: f64) -> Self {
-        Self {
-            keys: vec![(setting, frame)],
-        }
+        Self { keys: vec![(setting, frame)] }
     }
 
     /// All keys of a setting.
     pub fn lane(setting: Setting, animation: &Animation) -> Self {
         let keys = animation.of(setting).map_or(&[][..], Keyframes::keys);
-        Self {
-            keys: keys.iter().map(|key| (setting, key.frame)).collect(),
-        }
+        Self { keys: keys.iter().map(|key| (setting, key.frame)).collect() }
     }
 
     /// All keys of all settings.
     pub fn all(animation: &Animation) -> Self {
         let lanes = animation.lanes().map(|(setting, _)| setting);
-        Self {
-            keys: lanes
-                .flat_map(|of| Self::lane(of, animation).keys)
-                .collect(),
-        }
+        Self { keys: lanes.flat_map(|of| Self::lane(of, animation).keys).collect() }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -76,9 +68,7 @@ impl KeySelection {
     /// Those of one setting alone.
     pub fn within(&self, setting: Setting) -> Self {
         let own = self.keys.iter().filter(|(of, _)| *of == setting);
-        Self {
-            keys: own.copied().collect(),
-        }
+        Self { keys: own.copied().collect() }
     }
 
     /// The lanes with selected keys after `change`, which is given each lane and the frames that are selected in it.
@@ -130,9 +120,7 @@ impl KeySelection {
         });
         let keys = self.keys.iter();
         let keys = keys.map(|(setting, frame)| (*setting, frame + frames));
-        let moved = Self {
-            keys: keys.collect(),
-        };
+        let moved = Self { keys: keys.collect() };
         (lanes, moved)
     }
 
@@ -144,10 +132,8 @@ impl KeySelection {
     /// All going on like this to their next keys.
     pub fn interpolated(&self, animation: &Animation, kind: Interpolation) -> Lanes {
         self.changed(animation, |_, keys, selected| {
-            for index in selected
-                .iter()
-                .filter_map(|frame| keys.index_at(*frame))
-                .collect::<Vec<_>>()
+            for index in
+                selected.iter().filter_map(|frame| keys.index_at(*frame)).collect::<Vec<_>>()
             {
                 keys.set_kind(index, kind);
             }
@@ -157,10 +143,8 @@ impl KeySelection {
     /// All with automatic tangents.
     pub fn with_automatic_tangents(&self, animation: &Animation) -> Lanes {
         self.changed(animation, |_, keys, selected| {
-            for index in selected
-                .iter()
-                .filter_map(|frame| keys.index_at(*frame))
-                .collect::<Vec<_>>()
+            for index in
+                selected.iter().filter_map(|frame| keys.index_at(*frame)).collect::<Vec<_>>()
             {
                 // There is such a key.
                 let _ = keys.set_slopes(index, [None, None]);
@@ -368,10 +352,7 @@ mod tests {
         let animation = animation(&[(YAW, "2:0,5:30,9:60"), (GLARE, "4:0.5")]);
         let selected = selection(&[(YAW, 5.0), (GLARE, 4.0)]);
         let lanes = selected.removed(&animation);
-        assert_eq!(
-            (frames(&lanes, YAW), frames(&lanes, GLARE)),
-            (vec![2.0, 9.0], vec![])
-        );
+        assert_eq!((frames(&lanes, YAW), frames(&lanes, GLARE)), (vec![2.0, 9.0], vec![]));
         assert_eq!(selected.kind(&animation), Some(Interpolation::Smooth));
         let lanes = selected.interpolated(&animation, Interpolation::Hold);
         assert_eq!(lanes[0].1.kind(1), Interpolation::Hold);
@@ -407,10 +388,7 @@ mod tests {
         shaped.set_slopes(1, [Some(2.0), None]).unwrap();
         source.set(YAW, shaped);
         let lighting = Lighting {
-            placed: vec![PlacedLight {
-                id: 1,
-                ..PlacedLight::default()
-            }],
+            placed: vec![PlacedLight { id: 1, ..PlacedLight::default() }],
             ..Lighting::default()
         };
         let copied = selection(&[(YAW, 5.0), (YAW, 9.0)]).copied(&source);
@@ -429,10 +407,7 @@ mod tests {
         assert_eq!(lanes[0].0, YAW);
         let pitch = Setting::Light(1, LightSetting::Pitch);
         let wide = selection(&[(YAW, 0.0)]).copied(&animation(&[(YAW, "0:700")]));
-        assert_eq!(
-            paste(&wide, Some(pitch)).unwrap().0[0].1.keys()[0].value,
-            90.0
-        );
+        assert_eq!(paste(&wide, Some(pitch)).unwrap().0[0].1.keys()[0].value, 90.0);
         // Of several lanes each goes to its own.
         let both = selection(&[(YAW, 5.0), (GLARE, 4.0)]).copied(&source);
         let (lanes, _) = paste(&both, Some(azimuth)).unwrap();
@@ -444,14 +419,9 @@ mod tests {
 
     #[test]
     fn all_keys_of_a_light_go_onto_another_light() {
-        let light = |id| PlacedLight {
-            id,
-            ..PlacedLight::default()
-        };
-        let lighting = Lighting {
-            placed: vec![light(1), light(2), light(3)],
-            ..Lighting::default()
-        };
+        let light = |id| PlacedLight { id, ..PlacedLight::default() };
+        let lighting =
+            Lighting { placed: vec![light(1), light(2), light(3)], ..Lighting::default() };
         let of = |id| [LightSetting::Yaw, LightSetting::Intensity].map(|s| Setting::Light(id, s));
         let [yaw, intensity] = of(1);
         let source = animation(&[(yaw, "2:0,5:30"), (intensity, "2:1"), (GLARE, "0:1")]);
@@ -473,16 +443,8 @@ mod tests {
         let mixed = selection(&[(yaw, 2.0), (GLARE, 0.0)]).copied(&source);
         let (lanes, _) = pasted(&mixed, Onto::Lane(Some(of(2)[1]))).unwrap();
         assert_eq!(settings(&lanes), [GLARE, yaw]);
-        assert!(
-            pasted(&mixed, Onto::Light(2))
-                .unwrap_err()
-                .contains("one light")
-        );
-        assert!(
-            pasted(&both, Onto::Light(9))
-                .unwrap_err()
-                .contains("not here")
-        );
+        assert!(pasted(&mixed, Onto::Light(2)).unwrap_err().contains("one light"));
+        assert!(pasted(&both, Onto::Light(9)).unwrap_err().contains("not here"));
         assert_eq!(KeySelection::all(&source).len(), 4);
     }
 
@@ -490,20 +452,13 @@ mod tests {
     fn what_is_no_copy_of_keys_is_refused() {
         let nothing = (&Animation::default(), &Lighting::default());
         for text in ["", "a text", "{\"tilt\": {}}", "[1, 2]"] {
-            assert!(
-                pasted(text, 0, Onto::Lane(None), nothing)
-                    .unwrap_err()
-                    .contains("no keys")
-            );
+            assert!(pasted(text, 0, Onto::Lane(None), nothing).unwrap_err().contains("no keys"));
         }
         let lost = "{\"lights.3.yaw\": {\"keys\": [{\"frame\": 0, \"value\": 1}]}}";
         let said = pasted(lost, 0, Onto::Lane(None), nothing).unwrap_err();
         assert!(said.contains("not here"), "{said}");
         assert!(pasted("{}", 0, Onto::Lane(None), nothing).is_err());
-        let far = format!(
-            "{{\"yaw\": {{\"keys\": [{{\"frame\": {}, \"value\": 1}}]}}}}",
-            1e9
-        );
+        let far = format!("{{\"yaw\": {{\"keys\": [{{\"frame\": {}, \"value\": 1}}]}}}}", 1e9);
         assert!(pasted(&far, 5, Onto::Lane(None), nothing).is_err());
     }
 }

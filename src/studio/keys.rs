@@ -10,12 +10,7 @@ use super::layout::Pane;
 use bindings::{BINDINGS, Binding, EXPORT, OF_PROJECTS, SHOW_ALL};
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-const ARROWS: [Key; 4] = [
-    Key::ArrowLeft,
-    Key::ArrowRight,
-    Key::ArrowUp,
-    Key::ArrowDown,
-];
+const ARROWS: [Key; 4] = [Key::ArrowLeft, Key::ArrowRight, Key::ArrowUp, Key::ArrowDown];
 
 /// Keys besides the arrows that a focused control uses itself.
 const CONTROL_KEYS: [Key; 4] = [Key::Tab, Key::Space, Key::Home, Key::End];
@@ -44,10 +39,7 @@ pub fn pressed(
     let focused = pane == EXPORT && ctx.memory(|memory| memory.focused().is_some());
     let menu = egui::Popup::is_any_open(ctx);
     let is_left = |binding: &Binding| {
-        let KeyboardShortcut {
-            modifiers,
-            logical_key,
-        } = binding.shortcut;
+        let KeyboardShortcut { modifiers, logical_key } = binding.shortcut;
         if let Some(covered) = covered {
             let goes = |command| binding.command == Command::Window(command);
             typing || !covered.iter().cloned().any(goes)
@@ -63,9 +55,8 @@ pub fn pressed(
         }
     };
     ctx.input_mut(|input| {
-        for Binding {
-            shortcut, command, ..
-        } in known(pane, hovered).filter(|binding| !is_left(binding))
+        for Binding { shortcut, command, .. } in
+            known(pane, hovered).filter(|binding| !is_left(binding))
         {
             let is_arrow = ARROWS.contains(&shortcut.logical_key);
             if arrows_are_left && is_arrow && !shortcut.modifiers.alt {

@@ -106,13 +106,8 @@ impl Pane {
 
 impl Workspace {
     /// All of them, in the order of a production.
-    pub const ALL: [Self; 5] = [
-        Self::Calibrate,
-        Self::Train,
-        Self::Relight,
-        Self::Review,
-        Self::Export,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::Calibrate, Self::Train, Self::Relight, Self::Review, Self::Export];
 
     /// What its tab says.
     pub fn name(self) -> &'static str {
@@ -156,21 +151,14 @@ impl Workspace {
                 all.set_active(work[0]);
                 let main = tiles.insert_container(all);
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
-                divided(
-                    &mut tiles,
-                    LinearDir::Vertical,
-                    &[(main, 0.0), (below, BELOW)],
-                )
+                divided(&mut tiles, LinearDir::Vertical, &[(main, 0.0), (below, BELOW)])
             }
             Self::Train => {
                 let main = tabs(&mut tiles, self.main());
                 let picture = tabs(&mut tiles, &[Pane::Picture]);
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
-                let right = divided(
-                    &mut tiles,
-                    LinearDir::Vertical,
-                    &[(picture, 900.0), (below, NARROW)],
-                );
+                let right =
+                    divided(&mut tiles, LinearDir::Vertical, &[(picture, 900.0), (below, NARROW)]);
                 let columns = [(main, 0.0), (right, 400.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
@@ -178,11 +166,7 @@ impl Workspace {
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 let right = tabs(&mut tiles, &[Pane::Export]);
-                let left = divided(
-                    &mut tiles,
-                    LinearDir::Vertical,
-                    &[(main, 0.0), (below, BELOW)],
-                );
+                let left = divided(&mut tiles, LinearDir::Vertical, &[(main, 0.0), (below, BELOW)]);
                 let columns = [(left, 0.0), (right, 360.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
@@ -191,11 +175,7 @@ impl Workspace {
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 let picture = tabs(&mut tiles, &[Pane::Picture]);
                 let measured = tabs(&mut tiles, &[Pane::Review]);
-                let left = divided(
-                    &mut tiles,
-                    LinearDir::Vertical,
-                    &[(main, 0.0), (below, BELOW)],
-                );
+                let left = divided(&mut tiles, LinearDir::Vertical, &[(main, 0.0), (below, BELOW)]);
                 let right = divided(
                     &mut tiles,
                     LinearDir::Vertical,
@@ -209,11 +189,8 @@ impl Workspace {
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 let right = tabs(&mut tiles, &[Pane::Light, Pane::Effects, Pane::Scopes]);
-                let middle = divided(
-                    &mut tiles,
-                    LinearDir::Vertical,
-                    &[(main, 0.0), (below, LANES)],
-                );
+                let middle =
+                    divided(&mut tiles, LinearDir::Vertical, &[(main, 0.0), (below, LANES)]);
                 let columns = [(left, 208.0), (middle, 0.0), (right, 360.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
@@ -245,9 +222,7 @@ pub struct Layout {
 impl Default for Layout {
     fn default() -> Self {
         let preset = |workspace: Workspace| (workspace, workspace.preset());
-        Self {
-            trees: Workspace::ALL.map(preset).into(),
-        }
+        Self { trees: Workspace::ALL.map(preset).into() }
     }
 }
 
@@ -310,9 +285,8 @@ impl Layout {
         let size = ui.available_rect_before_wrap().size();
         let tree = self.tree(workspace);
         if let Some(root) = tree.root {
-            let main: HashSet<TileId> = (workspace.main().iter())
-                .filter_map(|pane| tree.tiles.find_pane(pane))
-                .collect();
+            let main: HashSet<TileId> =
+                (workspace.main().iter()).filter_map(|pane| tree.tiles.find_pane(pane)).collect();
             settle(&mut tree.tiles, root, size, &main);
         }
         tree.ui(panes, ui);
@@ -383,10 +357,7 @@ mod tests {
                 layout.open(workspace, pane);
                 let tree = layout.tree(workspace);
                 let tile = tree.tiles.find_pane(&pane).unwrap();
-                assert!(
-                    tree.active_tiles().contains(&tile),
-                    "{workspace:?} {pane:?}"
-                );
+                assert!(tree.active_tiles().contains(&tile), "{workspace:?} {pane:?}");
             }
         }
     }

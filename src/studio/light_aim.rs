@@ -114,11 +114,7 @@ impl LightAim {
         rig: &Arc<Rig>,
         wake: impl Fn() + Send + 'static,
     ) {
-        if self
-            .sought
-            .as_ref()
-            .is_some_and(|sought| Arc::ptr_eq(sought, of))
-        {
+        if self.sought.as_ref().is_some_and(|sought| Arc::ptr_eq(sought, of)) {
             return;
         }
         let known = self.known.clone();
@@ -127,10 +123,7 @@ impl LightAim {
                 Ok(Arc::new(Highlights::of(&*responses(&known, of, rig)?)))
             })
         });
-        seeker.ask(HighlightQuestion {
-            of: of.clone(),
-            rig: rig.clone(),
-        });
+        seeker.ask(HighlightQuestion { of: of.clone(), rig: rig.clone() });
         self.sought = Some(of.clone());
     }
 

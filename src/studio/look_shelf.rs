@@ -68,9 +68,7 @@ pub struct ReadPictures(HashMap<PathBuf, (Option<SystemTime>, u64, Arc<SrgbPictu
 impl LookShelf {
     /// The shelf `looks` in a folder.
     pub fn within(folder: &Path) -> Self {
-        Self {
-            within: folder.to_path_buf(),
-        }
+        Self { within: folder.to_path_buf() }
     }
 
     fn folder(&self) -> PathBuf {
@@ -150,18 +148,14 @@ impl LookShelf {
         let codes = Encoded(Image {
             width: picture.width,
             height: picture.height,
-            pixels: codes
-                .map(|code| code.map(|v| f32::from(v) / 255.0))
-                .collect(),
+            pixels: codes.map(|code| code.map(|v| f32::from(v) / 255.0)).collect(),
         });
         let small = SrgbPicture::reduced(&codes, THUMBNAIL_PX);
         let codes = small.rgb.as_chunks::<3>().0.iter();
         let png = png_bytes(&Encoded(Image {
             width: small.width,
             height: small.height,
-            pixels: codes
-                .map(|code| code.map(|v| f32::from(v) / 255.0))
-                .collect(),
+            pixels: codes.map(|code| code.map(|v| f32::from(v) / 255.0)).collect(),
         }))?;
         files::write_beside(&file(&folder, number, "png"), |out| out.write_all(&png))
     }
@@ -332,9 +326,7 @@ fn versions(
         // The program was killed, or is about to write it.
         data.is_ok_and(|data| data.is_file() && data.len() == 0)
     };
-    let numbers = numbers(folder)
-        .into_iter()
-        .filter(|number| !is_begun(number));
+    let numbers = numbers(folder).into_iter().filter(|number| !is_begun(number));
     let numbers = numbers.take(MOST_VERSIONS);
     let version = |number| match StoredLook::read_own(&file(folder, number, "json")) {
         Ok(look) => Some(LookVersion {

@@ -16,11 +16,7 @@ fn look(stops: f32) -> StoredLook {
 }
 
 fn grey(code: u8) -> SrgbPicture {
-    SrgbPicture {
-        width: 400,
-        height: 200,
-        rgb: vec![code; 400 * 200 * 3],
-    }
+    SrgbPicture { width: 400, height: 200, rgb: vec![code; 400 * 200 * 3] }
 }
 
 fn listed(shelf: &LookShelf) -> ShelfContents {
@@ -138,13 +134,7 @@ fn a_strangers_folder_is_read_without_harm() {
     // As a kill may leave it.
     std::fs::write(at("Good/0009.json"), "").unwrap();
     std::fs::write(at("Good/0001.png"), b"\x89PNG\r\n\x1a\nno picture").unwrap();
-    for other in [
-        "2.json",
-        "-0003.json",
-        "0000.json",
-        "99999999999.json",
-        "notes.txt",
-    ] {
+    for other in ["2.json", "-0003.json", "0000.json", "99999999999.json", "notes.txt"] {
         std::fs::write(at(&format!("Good/{other}")), "{}").unwrap();
     }
     std::fs::write(at("a file"), "").unwrap();
@@ -175,12 +165,7 @@ fn a_strangers_folder_is_read_without_harm() {
     assert_eq!(names, ["Good", "Huge"]);
     let good = &found.looks[0].versions;
     assert_eq!((good.len(), good[0].number), (1, 1));
-    assert!(
-        found
-            .looks
-            .iter()
-            .all(|look| look.versions[0].picture.is_none())
-    );
+    assert!(found.looks.iter().all(|look| look.versions[0].picture.is_none()));
     assert!(found.removed.is_empty());
     let complaints = found.complaints.join("\n");
     assert!(complaints.contains("0002.json"), "{complaints}");

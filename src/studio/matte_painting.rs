@@ -257,19 +257,14 @@ impl MattePainting {
             saver.ask(strokes.clone());
             self.saving = Some(strokes.clone());
         }
-        let request = LiveRequest {
-            frame,
-            strokes: strokes.clone(),
-        };
+        let request = LiveRequest { frame, strokes: strokes.clone() };
         let paintable =
             frame < project.settings.shoot.frames.len() && strokes::is_own_matte(project, frame);
         if self.on && paintable && self.sought.as_ref() != Some(&request) {
             let finder = self.finder.get_or_insert_with(|| {
                 let of = project.clone();
                 let mut mattes = None;
-                Lookup::start(wake, move |request: &LiveRequest| {
-                    found(&of, &mut mattes, request)
-                })
+                Lookup::start(wake, move |request: &LiveRequest| found(&of, &mut mattes, request))
             });
             finder.ask(request.clone());
             (self.sought, self.seeking) = (Some(request), true);
@@ -316,26 +311,13 @@ mod tests {
     use super::*;
 
     fn stroke(frame: usize) -> Stroke {
-        Stroke {
-            frame,
-            side: BrushSide::Keep,
-            radius: 3.0,
-            points: vec![[1.0, 2.0]],
-        }
+        Stroke { frame, side: BrushSide::Keep, radius: 3.0, points: vec![[1.0, 2.0]] }
     }
 
     #[test]
     fn strokes_are_undone_one_by_one_and_made_again() {
-        let mut painting = MattePainting {
-            on: true,
-            ..MattePainting::default()
-        };
-        assert!(
-            painting
-                .paint(stroke(0))
-                .unwrap_err()
-                .contains("being read")
-        );
+        let mut painting = MattePainting { on: true, ..MattePainting::default() };
+        assert!(painting.paint(stroke(0)).unwrap_err().contains("being read"));
         painting.strokes = Some(Ok(Strokes::default()));
         for frame in [0, 1, 1] {
             painting.paint(stroke(frame)).unwrap();

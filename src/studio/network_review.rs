@@ -79,10 +79,7 @@ impl MarkHistory {
         };
         let step = from.pop()?;
         let cell = step.cell.clone();
-        to.push(MarkStep {
-            marks: std::mem::replace(marks, step.marks),
-            cell: step.cell,
-        });
+        to.push(MarkStep { marks: std::mem::replace(marks, step.marks), cell: step.cell });
         self.typing = false;
         Some(cell)
     }

@@ -17,29 +17,17 @@ const OTHERS: [(&str, Command); 16] = [
     ("Load look…", Command::Dialog(Dialog::LoadLook)),
     ("Add light", Command::Lights(LightsCommand::Add)),
     ("Remove light", Command::Lights(LightsCommand::Remove)),
-    (
-        "Compare with truth…",
-        Command::Dialog(Dialog::ComparisonTruth),
-    ),
+    ("Compare with truth…", Command::Dialog(Dialog::ComparisonTruth)),
     ("Measure against truth…", Command::Dialog(Dialog::Truth)),
     ("Save the report…", Command::Dialog(Dialog::ReportPage)),
-    (
-        "Performance of this machine",
-        Command::Window(WindowCommand::ToggleMachine),
-    ),
+    ("Performance of this machine", Command::Window(WindowCommand::ToggleMachine)),
     ("Stop the job", Command::Job(JobCommand::Stop)),
-    (
-        "Reset the environment's rotation",
-        reset(Group::Environment),
-    ),
+    ("Reset the environment's rotation", reset(Group::Environment)),
     ("Reset the grade", reset(Group::Grade)),
     ("Remove all lights", reset(Group::Lights)),
     ("Reset the picture", reset(Group::Picture)),
     ("Reset the effects", reset(Group::Effects)),
-    (
-        "Reset the layout of panels",
-        Command::Window(WindowCommand::ResetLayout),
-    ),
+    ("Reset the layout of panels", Command::Window(WindowCommand::ResetLayout)),
     ("Clear the log", Command::Window(WindowCommand::ClearLog)),
 ];
 
@@ -82,11 +70,7 @@ impl Palette {
             let found = matching(all(ui.ctx(), context), &self.typed);
             let (enter, down, up) = ui.input(|i| {
                 let presses = |key| i.num_presses(key);
-                (
-                    i.key_pressed(Key::Enter),
-                    presses(Key::ArrowDown),
-                    presses(Key::ArrowUp),
-                )
+                (i.key_pressed(Key::Enter), presses(Key::ArrowDown), presses(Key::ArrowUp))
             });
             let last = found.len().saturating_sub(1);
             self.chosen = (self.chosen + down).saturating_sub(up).min(last);
@@ -129,13 +113,11 @@ impl Palette {
 }
 
 fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
-    let bound = keys::listed(ctx, context.state.active)
-        .into_iter()
-        .map(|listed| PaletteEntry {
-            label: listed.label.to_owned(),
-            key: listed.key,
-            command: listed.command,
-        });
+    let bound = keys::listed(ctx, context.state.active).into_iter().map(|listed| PaletteEntry {
+        label: listed.label.to_owned(),
+        key: listed.key,
+        command: listed.command,
+    });
     let others = OTHERS.map(|(label, command)| entry(label.to_owned(), command));
     let panes = Pane::ALL.map(|pane| {
         let show = Command::Window(WindowCommand::ShowPane(pane));
@@ -153,21 +135,12 @@ fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
         };
         entry(label, Command::Looks(LooksCommand::Apply(id, None)))
     });
-    bound
-        .chain(others)
-        .chain(panes)
-        .chain(environments)
-        .chain(looks)
-        .collect()
+    bound.chain(others).chain(panes).chain(environments).chain(looks).collect()
 }
 
 /// A command without a key.
 fn entry(label: String, command: Command) -> PaletteEntry {
-    PaletteEntry {
-        label,
-        key: String::new(),
-        command,
-    }
+    PaletteEntry { label, key: String::new(), command }
 }
 
 /// The entries that contain every typed word, in any order.

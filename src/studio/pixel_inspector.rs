@@ -52,10 +52,7 @@ impl PixelInspector {
         if !shown.contains(&Pane::Scopes) || self.asked.as_ref().is_some_and(known) {
             return;
         }
-        let ask = Ask {
-            of: of.clone(),
-            pixel,
-        };
+        let ask = Ask { of: of.clone(), pixel };
         let find = |ask: &Ask| {
             let pixel = ask.of.working_pixel(ask.pixel);
             Ok(pixel.and_then(|[x, y]| ask.of.field.texel(x, y)))

@@ -75,10 +75,7 @@ mod tests {
         ];
         let (mut order, ctx) = (PointerOrder::default(), Context::default());
         let mut frames = Vec::new();
-        let mut input = RawInput {
-            events: all.clone(),
-            ..RawInput::default()
-        };
+        let mut input = RawInput { events: all.clone(), ..RawInput::default() };
         while frames.is_empty() || !order.held.is_empty() {
             order.input_hook(&ctx, &mut input);
             frames.push(std::mem::take(&mut input.events));

@@ -60,10 +60,7 @@ impl Preferences {
             }
         };
         let layout = saved.layout.mended();
-        Self {
-            saved: PreferencesFile { layout, ..saved },
-            file: Some(file.to_path_buf()),
-        }
+        Self { saved: PreferencesFile { layout, ..saved }, file: Some(file.to_path_buf()) }
     }
 
     /// The folder of a person's settings; None in a window that remembers nothing.

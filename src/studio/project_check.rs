@@ -74,10 +74,7 @@ impl ProjectCheck {
             }
             Some((PanoramaState::Failed(_), _)) | None => None,
         };
-        let wanted = CheckRequest {
-            changes: self.changes,
-            environment,
-        };
+        let wanted = CheckRequest { changes: self.changes, environment };
         if self.asked.as_ref() != Some(&wanted) {
             self.thread
                 .get_or_insert_with(|| CheckThread::start(project.root.clone(), wake))

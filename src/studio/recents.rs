@@ -31,12 +31,9 @@ impl Recent {
             Err("The folder is missing: it was moved, or its disk is not connected".to_owned())
         };
         match opened {
-            Ok(project) => Self {
-                folder,
-                name: project.settings.name,
-                trouble: None,
-                opened: None,
-            },
+            Ok(project) => {
+                Self { folder, name: project.settings.name, trouble: None, opened: None }
+            }
             Err(sentence) => Self::unreadable(folder, sentence),
         }
     }

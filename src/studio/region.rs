@@ -12,12 +12,7 @@ pub struct Region {
 impl Region {
     /// One pixel, by its column and row.
     pub fn pixel([x, y]: [usize; 2]) -> Self {
-        Self {
-            left: x,
-            top: y,
-            right: x.saturating_add(1),
-            bottom: y.saturating_add(1),
-        }
+        Self { left: x, top: y, right: x.saturating_add(1), bottom: y.saturating_add(1) }
     }
 
     /// What two corners enclose or touch, given as shares of the width and height of a picture of so many columns and rows.
@@ -34,21 +29,12 @@ impl Region {
             (low < high).then_some((low as usize, high as usize))
         };
         let ((left, right), (top, bottom)) = (along(0)?, along(1)?);
-        Some(Self {
-            left,
-            top,
-            right,
-            bottom,
-        })
+        Some(Self { left, top, right, bottom })
     }
 
     /// The part that is inside a picture of so many columns and rows. None if there is none.
     pub fn inside(self, [columns, rows]: [usize; 2]) -> Option<Self> {
-        let inside = Self {
-            right: self.right.min(columns),
-            bottom: self.bottom.min(rows),
-            ..self
-        };
+        let inside = Self { right: self.right.min(columns), bottom: self.bottom.min(rows), ..self };
         (inside.left < inside.right && inside.top < inside.bottom).then_some(inside)
     }
 
@@ -66,10 +52,7 @@ impl Region {
 
     /// Columns and rows.
     pub fn size(self) -> [usize; 2] {
-        [
-            self.right.saturating_sub(self.left),
-            self.bottom.saturating_sub(self.top),
-        ]
+        [self.right.saturating_sub(self.left), self.bottom.saturating_sub(self.top)]
     }
 
     /// Its pixels of a picture with so many columns, row by row, as far as there are any.
@@ -118,16 +101,8 @@ mod tests {
     #[test]
     fn corners_in_any_order_enclose_the_pixels_that_they_touch() {
         let size = [10, 20];
-        let wanted = Region {
-            left: 2,
-            top: 5,
-            right: 6,
-            bottom: 11,
-        };
-        assert_eq!(
-            Region::between([0.25, 0.52], [0.55, 0.25], size),
-            Some(wanted)
-        );
+        let wanted = Region { left: 2, top: 5, right: 6, bottom: 11 };
+        assert_eq!(Region::between([0.25, 0.52], [0.55, 0.25], size), Some(wanted));
         assert_eq!(wanted.size(), [4, 6]);
         let all = Region::between([-3.0, 2.0], [9.0, -1.0], size);
         assert_eq!(all.map(Region::size), Some(size));
@@ -140,12 +115,7 @@ mod tests {
     #[test]
     fn a_region_counts_its_own_pixels_in_pictures_of_any_size() {
         let pixels: Vec<usize> = (0..12).collect();
-        let region = Region {
-            left: 1,
-            top: 1,
-            right: 3,
-            bottom: 3,
-        };
+        let region = Region { left: 1, top: 1, right: 3, bottom: 3 };
         let found: Vec<usize> = region.of(&pixels, 4).copied().collect();
         assert_eq!(found, [5, 6, 9, 10]);
         let found: Vec<usize> = region.every(2, &pixels, 4).copied().collect();

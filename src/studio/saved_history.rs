@@ -57,10 +57,7 @@ impl History {
                     lists.push((of.clone(), environment_list::saved(of)));
                     lists.len() - 1
                 });
-                SavedStep {
-                    list,
-                    look: SavedLook::of(step),
-                }
+                SavedStep { list, look: SavedLook::of(step) }
             };
             let [undo, redo] = [undo, redo].map(|all| {
                 let near = &all[all.len().saturating_sub(steps)..];
@@ -99,8 +96,7 @@ impl History {
             },
         };
         let file: HistoryFile = serde_json::from_str(&text).map_err(|e| useless(&path, e))?;
-        file.history(look)
-            .ok_or_else(|| useless(&path, "it belongs to another look"))
+        file.history(look).ok_or_else(|| useless(&path, "it belongs to another look"))
     }
 }
 
@@ -254,9 +250,7 @@ mod tests {
             good[..good.len() - 3].to_owned(),
             format!("{{\"x\":\"{}\"}}", "x".repeat(MOST_BYTES as usize)),
         ] {
-            let said = reopened(&look_text(&mine), &broken)
-                .unwrap_err()
-                .to_string();
+            let said = reopened(&look_text(&mine), &broken).unwrap_err().to_string();
             assert!(said.contains("undo.json"), "{said}");
         }
         assert!(reopened(&look_text(&mine), &good).unwrap().can_undo());

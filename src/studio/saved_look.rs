@@ -59,10 +59,7 @@ impl SavedLook {
 
     /// The same for other clips too: without the frames that are played and exported.
     pub(super) fn of_any_clip(self) -> Self {
-        Self {
-            range: None,
-            ..self
-        }
+        Self { range: None, ..self }
     }
 
     /// What is saved in a project; None if nothing is yet. `mine` says whether this window may write there.
@@ -98,10 +95,9 @@ impl SavedLook {
         let place = (look.environments.iter()).position(|listed| listed.name == self.environment);
         look.environment = place.unwrap_or(look.environment);
         look.animation = self.keys;
-        for (setting, keys) in [
-            (Setting::Yaw, self.yaw_keys),
-            (Setting::Intensity, self.intensity_keys),
-        ] {
+        for (setting, keys) in
+            [(Setting::Yaw, self.yaw_keys), (Setting::Intensity, self.intensity_keys)]
+        {
             if !look.is_keyed(setting) {
                 look.animation.set(setting, keys);
             }
@@ -184,10 +180,7 @@ mod tests {
         assert_eq!(other.look.lighting.intensity_stops, 1.5);
         assert_eq!(other.look.lighting.placed[0].id, 1);
         let text = SavedLook::of(&other.look).text();
-        assert!(
-            !text.contains("yaw_keys") && text.contains("\"yaw\": {"),
-            "{text}"
-        );
+        assert!(!text.contains("yaw_keys") && text.contains("\"yaw\": {"), "{text}");
         let mut again = State::new(10, 24.0);
         SavedLook::of_text(&text).unwrap().apply(&mut again.look);
         assert_eq!(again.look, other.look);
@@ -195,10 +188,7 @@ mod tests {
         std::fs::write(SavedLook::path(&project), "half a f").unwrap();
         // Another window's file stays where it is.
         let said = SavedLook::load(&project, false).unwrap_err().to_string();
-        assert!(
-            said.contains("look.json") && !said.contains(".old"),
-            "{said}"
-        );
+        assert!(said.contains("look.json") && !said.contains(".old"), "{said}");
         assert_eq!(names(folder.path()), ["look.json"]);
         let said = SavedLook::load(&project, true).unwrap_err().to_string();
         assert!(said.contains("look.json.old"), "{said}");

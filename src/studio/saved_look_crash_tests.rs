@@ -105,11 +105,7 @@ fn save_for_ever(folder: &Path) -> ! {
         preferences.opened(&folder.join(format!("p{number}")));
         preferences.save(&saver);
         writer.keep(environments(folder, number));
-        for file in [
-            &saved_history::path(&project),
-            &SavedLook::path(&project),
-            &window,
-        ] {
+        for file in [&saved_history::path(&project), &SavedLook::path(&project), &window] {
             test_support::wait_for(|| saver.unwritten(file).is_none().then_some(()));
         }
         note.write_all_at(&number.to_le_bytes(), 0).unwrap();
@@ -135,10 +131,7 @@ fn check(folder: &Path, project: &Project) {
     let history = History::load(project, None, &shown).unwrap();
     let steps = history.undo.iter().chain(&history.redo);
     let steps: Vec<f32> = steps.map(|step| step.lighting.intensity_stops).collect();
-    assert!(
-        steps == [at - 1.0] || steps == [at + 1.0],
-        "{steps:?} at {at}"
-    );
+    assert!(steps == [at - 1.0] || steps == [at + 1.0], "{steps:?} at {at}");
     let window = folder.join("settings/window.json");
     let preferences = Preferences::from_file(&window);
     let recent = &preferences.recent()[0];
@@ -159,10 +152,7 @@ fn a_window_that_is_killed_while_it_saves_loses_at_most_the_last_save() {
     let project = begin(folder);
     let outside = contents(&folder.join("outside"));
     // Until the first is saved there is only what a person linked there.
-    let first = child(folder)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn();
+    let first = child(folder).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     let mut first = first.unwrap();
     let started = Instant::now();
     test_support::wait_for(|| (saved(folder) > 2).then_some(()));
@@ -186,10 +176,8 @@ fn a_window_that_is_killed_while_it_saves_loses_at_most_the_last_save() {
         assert!(left_over(folder).is_empty());
     }
     assert_eq!(contents(&folder.join("outside")), outside);
-    let measured = format!(
-        "{} kills, {unfinished} of them with something unfinished",
-        moments.count
-    );
+    let measured =
+        format!("{} kills, {unfinished} of them with something unfinished", moments.count);
     eprintln!("{measured}");
     test_support::shown!(
         Accidents,
@@ -206,9 +194,7 @@ fn a_window_and_another_program_lose_none_of_each_others_changes() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let project = begin(folder);
-    let seconds = std::env::var(SECONDS)
-        .ok()
-        .and_then(|text| text.parse().ok());
+    let seconds = std::env::var(SECONDS).ok().and_then(|text| text.parse().ok());
     let deadline = Instant::now() + Duration::from_secs(seconds.unwrap_or(3));
     let mut window = child(folder).stdout(Stdio::null()).spawn().unwrap();
     let mut changes = 0;
@@ -226,10 +212,7 @@ fn a_window_and_another_program_lose_none_of_each_others_changes() {
     check(folder, &project);
     let now = Project::open(&project.root).unwrap().settings.seed;
     assert_eq!(now - project.settings.seed, changes);
-    let measured = format!(
-        "{changes} changes beside {} saves; none lost",
-        saved(folder)
-    );
+    let measured = format!("{changes} changes beside {} saves; none lost", saved(folder));
     eprintln!("{measured}");
     test_support::shown!(
         Accidents,

@@ -51,9 +51,7 @@ struct Saving<Save, Wake> {
 impl Saver {
     /// Starts the thread; `wake` is called when something could not be written.
     pub fn start(wake: impl Fn() + Send + 'static) -> Self {
-        Self::by(wake, |path, text| {
-            write_beside(path, |out| out.write_all(text.as_bytes()))
-        })
+        Self::by(wake, |path, text| write_beside(path, |out| out.write_all(text.as_bytes())))
     }
 
     /// The same with another way to write a text into a file.
@@ -70,12 +68,7 @@ impl Saver {
             failures: fail,
             wake,
         });
-        Self {
-            thread,
-            files: RefCell::default(),
-            unwritten,
-            failures,
-        }
+        Self { thread, files: RefCell::default(), unwritten, failures }
     }
 
     /// Writes `text` to `path` soon: to a file beside it, which is then renamed. Only the newest text for a file is
@@ -235,15 +228,9 @@ mod tests {
         // A file cannot stand below another file.
         std::fs::write(folder.path().join("c"), "").unwrap();
         saver.save(folder.path().join("c/d"), String::new());
-        settle(
-            &saver,
-            &["a", "b", "c/d"].map(|name| folder.path().join(name)),
-        );
+        settle(&saver, &["a", "b", "c/d"].map(|name| folder.path().join(name)));
         let failures: Vec<String> = saver.failures().collect();
-        assert!(
-            failures.len() == 1 && failures[0].contains("c/d"),
-            "{failures:?}"
-        );
+        assert!(failures.len() == 1 && failures[0].contains("c/d"), "{failures:?}");
         for name in ["a", "b"] {
             let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
             assert_eq!(text, "49");

@@ -310,10 +310,9 @@ impl State {
         if let Some(list) = list {
             let before = list.get(lit_by).map(|listed| listed.origin.clone());
             let new = self.look.environments.iter().skip(list.len());
-            self.added.extend(new.map(|listed| Added {
-                origin: listed.origin.clone(),
-                before: before.clone(),
-            }));
+            self.added.extend(
+                new.map(|listed| Added { origin: listed.origin.clone(), before: before.clone() }),
+            );
         }
         if chosen || (self.look.environment, self.light()) != before {
             self.solo.clear();
@@ -426,24 +425,15 @@ mod tests {
         s.change(LookCommand::Exposure(0.5));
         s.release();
         s.change(LookCommand::Environment(7));
-        assert_eq!(
-            (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
-            (30.0, 0.5, 7)
-        );
+        assert_eq!((s.look.yaw_deg, s.look.exposure_stops, s.look.environment), (30.0, 0.5, 7));
         s.change(LookCommand::Undo);
-        assert_eq!(
-            (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
-            (30.0, 0.5, 0)
-        );
+        assert_eq!((s.look.yaw_deg, s.look.exposure_stops, s.look.environment), (30.0, 0.5, 0));
         s.change(LookCommand::Undo);
         s.change(LookCommand::Undo);
         assert_eq!(s.look, state().look);
         assert!(!s.can_undo());
         (0..3).for_each(|_| s.change(LookCommand::Redo));
-        assert_eq!(
-            (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
-            (30.0, 0.5, 7)
-        );
+        assert_eq!((s.look.yaw_deg, s.look.exposure_stops, s.look.environment), (30.0, 0.5, 7));
     }
 
     #[test]
@@ -490,10 +480,7 @@ mod tests {
     fn what_is_not_seen_under_a_lamp_alone_ends_that_and_what_is_seen_does_not() {
         let mut s = state();
         let lit = |s: &State, intensity_stops: f32| {
-            LookCommand::Lighting(Box::new(Lighting {
-                intensity_stops,
-                ..s.look.lighting.clone()
-            }))
+            LookCommand::Lighting(Box::new(Lighting { intensity_stops, ..s.look.lighting.clone() }))
         };
         let ends = |s: &mut State, command: LookCommand| {
             s.show(ViewCommand::Solo(Some(4)));

@@ -109,11 +109,8 @@ impl Status {
 
     /// Another project was opened: the log stays.
     pub fn begin(&mut self, phase: Phase) {
-        *self = Self {
-            log: std::mem::take(&mut self.log),
-            opened: self.opened,
-            ..Self::new(phase)
-        };
+        *self =
+            Self { log: std::mem::take(&mut self.log), opened: self.opened, ..Self::new(phase) };
     }
 
     /// Says why something could not be done or written.
@@ -213,12 +210,7 @@ impl Status {
                 self.note(Severity::Error, &sentence);
             }
             Event::Report(Report::Saved | Report::Training(_)) => {}
-            Event::Report(Report::Step {
-                stage,
-                done,
-                total,
-                note,
-            }) => {
+            Event::Report(Report::Step { stage, done, total, note }) => {
                 if let Some(job) = &mut self.job {
                     let share = (done as f32 / total.max(1) as f32).clamp(0.0, 1.0);
                     job.step(stage, share, note, Instant::now());
@@ -285,49 +277,29 @@ mod tests {
     use worker::Need;
 
     fn step(stage: &'static str, done: u64) -> Event {
-        Event::Report(Report::Step {
-            stage,
-            done,
-            total: 4,
-            note: String::new(),
-        })
+        Event::Report(Report::Step { stage, done, total: 4, note: String::new() })
     }
 
     fn ready() -> Phase {
-        Phase::Ready {
-            device: "CPU".into(),
-        }
+        Phase::Ready { device: "CPU".into() }
     }
 
     #[test]
     fn a_job_shows_its_share_and_its_end() {
         let mut status = Status::new(Phase::Opening);
-        let blocked = Blocked {
-            sentence: "no network".into(),
-            need: Some(Need::Calibration),
-        };
+        let blocked = Blocked { sentence: "no network".into(), need: Some(Need::Calibration) };
         status.on_event(Event::Blocked(blocked.clone()));
-        status.on_event(Event::Started {
-            what: "training the network",
-        });
+        status.on_event(Event::Started { what: "training the network" });
         status.on_event(step("reading", 4));
         status.on_event(step("training", 0));
         status.on_event(step("training", 1));
         let job = status.job.as_ref().unwrap();
         assert_eq!((job.stage, job.share), ("training", 0.25));
         assert_eq!(status.phase, Phase::Blocked(blocked));
-        status.on_event(Event::Finished {
-            sentence: "trained".into(),
-        });
-        assert_eq!(
-            status.phase,
-            Phase::Opening,
-            "what it made is not asked for again"
-        );
+        status.on_event(Event::Finished { sentence: "trained".into() });
+        assert_eq!(status.phase, Phase::Opening, "what it made is not asked for again");
         status.on_event(Event::Opening);
-        status.on_event(Event::Ready {
-            device: "CPU".into(),
-        });
+        status.on_event(Event::Ready { device: "CPU".into() });
         assert_eq!((&status.phase, &status.job), (&ready(), &None));
         assert_eq!(status.message.as_deref(), Some("trained"));
     }
@@ -338,10 +310,7 @@ mod tests {
         for (told, shown) in [
             ("CPU (flex): no GPU was found", "CPU: no GPU was found"),
             ("GPU (wgpu): RTX (TM) 4090", "GPU: RTX (TM) 4090"),
-            (
-                "CPU (flex); pictures: GPU RTX (TM) 4090",
-                "CPU; pictures: GPU RTX (TM) 4090",
-            ),
+            ("CPU (flex); pictures: GPU RTX (TM) 4090", "CPU; pictures: GPU RTX (TM) 4090"),
         ] {
             let device = told.to_owned();
             status.on_event(Event::Ready { device });
@@ -357,29 +326,20 @@ mod tests {
         status.on_event(step("measuring", 1));
         status.on_event(Event::Report(Report::Saved));
         assert_eq!(status.phase, ready());
-        status.on_event(Event::Finished {
-            sentence: "measured".into(),
-        });
+        status.on_event(Event::Finished { sentence: "measured".into() });
         assert_eq!(status.phase, ready());
     }
 
     #[test]
     fn what_was_said_stays_in_the_log_of_the_next_project_and_is_bounded() {
         let mut status = Status::new(ready());
-        status.on_event(Event::Failed {
-            sentence: "no such file".into(),
-        });
+        status.on_event(Event::Failed { sentence: "no such file".into() });
         status.refuse("no such file".into());
-        status.on_event(Event::Finished {
-            sentence: "trained".into(),
-        });
+        status.on_event(Event::Finished { sentence: "trained".into() });
         status.begin(Phase::Opening);
         let kinds: Vec<Severity> = status.log.iter().map(|line| line.severity).collect();
         assert_eq!(kinds, [Severity::Error, Severity::Info]);
-        assert_eq!(
-            (&status.failure, &status.refusal, &status.message),
-            (&None, &None, &None)
-        );
+        assert_eq!((&status.failure, &status.refusal, &status.message), (&None, &None, &None));
         (0..2 * LOG_LINES).for_each(|i| status.refuse(i.to_string()));
         assert_eq!(status.log.len(), LOG_LINES);
         assert!(status.log[LOG_LINES - 1].to_string().ends_with("1999"));
@@ -387,17 +347,11 @@ mod tests {
 
     #[test]
     fn an_export_leaves_a_sentence_and_the_window_as_it_was() {
-        let blocked = Phase::Blocked(Blocked {
-            sentence: "no network".into(),
-            need: None,
-        });
+        let blocked = Phase::Blocked(Blocked { sentence: "no network".into(), need: None });
         let mut status = Status::new(blocked.clone());
         for (standing, severity) in [
             (ExportStatus::Failed("disk full".into()), Severity::Error),
-            (
-                ExportStatus::Cancelled("2 frames are kept".into()),
-                Severity::Info,
-            ),
+            (ExportStatus::Cancelled("2 frames are kept".into()), Severity::Info),
         ] {
             status.on_event(Event::Started { what: "exporting" });
             assert!(status.job.is_some());

@@ -171,9 +171,7 @@ impl StoredLook {
         let look: Self = serde_json::from_str(text).map_err(|e| fail(e.to_string()))?;
         match look.afterlight_look {
             1..=FORM => Ok(look),
-            _ => Err(fail(
-                "made by a newer Afterlight: update to open it".to_owned(),
-            )),
+            _ => Err(fail("made by a newer Afterlight: update to open it".to_owned())),
         }
     }
 }
@@ -192,12 +190,7 @@ mod tests {
     use std::sync::Arc;
 
     fn listed(name: &str, origin: Origin) -> ListedEnvironment {
-        ListedEnvironment {
-            name: name.to_owned(),
-            origin,
-            front: None,
-            owner: Owner::Person,
-        }
+        ListedEnvironment { name: name.to_owned(), origin, front: None, owner: Owner::Person }
     }
 
     fn window(environments: Vec<ListedEnvironment>) -> State {

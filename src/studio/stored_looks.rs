@@ -160,12 +160,7 @@ impl StoredLooks {
             Keeper { thread, answers }
         });
         self.waiting += 1;
-        keeper.thread.put(ShelfRequest {
-            shelf,
-            at,
-            act,
-            said,
-        });
+        keeper.thread.put(ShelfRequest { shelf, at, act, said });
     }
 
     /// Whether something that was asked for is not done yet.
@@ -217,20 +212,14 @@ impl StoredLooks {
     /// All looks, the project's first.
     pub fn ids(&self) -> impl Iterator<Item = LookId> {
         Shelf::ALL.into_iter().flat_map(|shelf| {
-            let name = move |look: &ShelvedLook| LookId {
-                shelf,
-                name: look.name.clone(),
-            };
+            let name = move |look: &ShelvedLook| LookId { shelf, name: look.name.clone() };
             self.looks(shelf).iter().map(name)
         })
     }
 
     /// A version of a look; None for the newest.
     pub fn version(&self, of: &LookId, number: Option<u32>) -> Option<&LookVersion> {
-        let look = self
-            .looks(of.shelf)
-            .iter()
-            .find(|look| look.name == of.name);
+        let look = self.looks(of.shelf).iter().find(|look| look.name == of.name);
         let mut versions = look?.versions.iter();
         match number {
             Some(number) => versions.find(|version| version.number == number),
@@ -264,16 +253,8 @@ impl<Wake: Fn()> Handler for Keeping<Wake> {
             Ok((stored, contents)) => (stored, Some(contents)),
             Err(e) => (Err(e), None),
         };
-        let ShelfRequest {
-            shelf, at, said, ..
-        } = request;
-        let answer = ShelfAnswer {
-            shelf,
-            at,
-            stored,
-            said,
-            contents,
-        };
+        let ShelfRequest { shelf, at, said, .. } = request;
+        let answer = ShelfAnswer { shelf, at, stored, said, contents };
         // Nobody listens after the window is closed.
         if self.answers.send(answer).is_ok() {
             (self.wake)();

@@ -149,10 +149,7 @@ mod tests {
         let over = [Color32::BLACK, SURROUND, Color32::WHITE].map(|g| blended(OVER_PICTURE, g));
         let mut pairs: Vec<(Color32, Color32)> = Vec::new();
         let mut on = |text: &[Color32], grounds: &[Color32]| {
-            pairs.extend(
-                text.iter()
-                    .flat_map(|&t| grounds.iter().map(move |&g| (t, g))),
-            );
+            pairs.extend(text.iter().flat_map(|&t| grounds.iter().map(move |&g| (t, g))));
         };
         on(
             &[TEXT],
@@ -172,14 +169,7 @@ mod tests {
         let raised = [grey(FAINT), CARD, ROW_HOVERED, ROW_CHOSEN];
         let buttons = [grey(BUTTON), grey(HOVERED)];
         on(&[QUIET], &[&[PANEL, WELL], &raised[..], &buttons].concat());
-        let white = [
-            grey(CHOSEN),
-            grey(HOVERED),
-            ROW_CHOSEN,
-            PANEL,
-            WELL,
-            PRIMARY,
-        ];
+        let white = [grey(CHOSEN), grey(HOVERED), ROW_CHOSEN, PANEL, WELL, PRIMARY];
         on(&[Color32::WHITE], &white);
         on(&MEANINGS.map(|(_, color)| color), &[PANEL, WELL]);
         // Verdicts stand in lists and on buttons, and what is on stands under the pointer.
@@ -191,12 +181,9 @@ mod tests {
             assert!(found >= 4.5, "{text:?} on {ground:?}: {found:.2}");
         }
         // WCAG 2.2 asks 3:1 of icons and bars.
-        for (drawn, ground) in [
-            (ACCENT, grey(CHOSEN)),
-            (PRIMARY, PANEL),
-            (PRIMARY, WELL),
-            (PLACEHOLDER, CARD),
-        ] {
+        for (drawn, ground) in
+            [(ACCENT, grey(CHOSEN)), (PRIMARY, PANEL), (PRIMARY, WELL), (PLACEHOLDER, CARD)]
+        {
             let found = contrast(drawn, ground);
             assert!(found >= 3.0, "{drawn:?} on {ground:?}: {found:.2}");
         }
@@ -217,18 +204,16 @@ mod tests {
         let rgb = [r, g, b].map(|code| linear_from_srgb(f32::from(code) / 255.0));
         let dot = |row: [f32; 3], v: [f32; 3]| row[0] * v[0] + row[1] * v[1] + row[2] * v[2];
         let seen = eyes.map(|row| dot(row, rgb).clamp(0.0, 1.0));
-        let [x, y, z] = [
-            [0.4339, 0.3762, 0.1899],
-            [0.2126, 0.7152, 0.0722],
-            [0.0177, 0.1095, 0.8728],
-        ]
-        .map(|row| {
-            let t = dot(row, seen);
-            match t > 0.008856 {
-                true => t.cbrt(),
-                false => 7.787 * t + 16.0 / 116.0,
-            }
-        });
+        let [x, y, z] =
+            [[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8728]].map(
+                |row| {
+                    let t = dot(row, seen);
+                    match t > 0.008856 {
+                        true => t.cbrt(),
+                        false => 7.787 * t + 16.0 / 116.0,
+                    }
+                },
+            );
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
     }
 

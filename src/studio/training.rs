@@ -21,11 +21,7 @@ pub struct TrainChoice {
 
 impl Default for TrainChoice {
     fn default() -> Self {
-        Self {
-            preset: Preset::Quick,
-            hold_out: None,
-            minutes: None,
-        }
+        Self { preset: Preset::Quick, hold_out: None, minutes: None }
     }
 }
 
@@ -34,9 +30,7 @@ impl TrainChoice {
     pub fn config(&self) -> TrainingConfig {
         let config = self.preset.config();
         TrainingConfig {
-            minutes: config
-                .minutes
-                .map(|minutes| self.minutes.unwrap_or(minutes)),
+            minutes: config.minutes.map(|minutes| self.minutes.unwrap_or(minutes)),
             ..config
         }
     }
@@ -234,10 +228,7 @@ mod tests {
                 Ok(Records::default())
             },
         );
-        let mut training = Training {
-            reader: Some(reader),
-            ..Training::default()
-        };
+        let mut training = Training { reader: Some(reader), ..Training::default() };
         let project = Project::without_shoot("film".as_ref());
         let mut read = || {
             training.ask(&project, &[Pane::Training], || {});

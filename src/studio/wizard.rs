@@ -53,10 +53,7 @@ impl Default for Plan {
 impl Plan {
     /// A plan for the shoot in a folder.
     pub fn of(shoot: &Path) -> Self {
-        Self {
-            shoot: plain(shoot),
-            ..Self::default()
-        }
+        Self { shoot: plain(shoot), ..Self::default() }
     }
 
     /// The project's folder: as typed, or beside the shoot. None until a shoot is chosen.
@@ -83,11 +80,7 @@ impl Plan {
     pub fn bring(&mut self, paths: Vec<PathBuf>, slot: Option<Slot>, landed_s: Option<f64>) {
         for path in paths {
             if !self.parts.iter().any(|part| part.path == path) {
-                self.parts.push(PlannedPart {
-                    path,
-                    slot,
-                    landed_s,
-                });
+                self.parts.push(PlannedPart { path, slot, landed_s });
             }
         }
     }
@@ -177,28 +170,19 @@ impl Wizard {
     /// The files that were brought.
     pub fn brought(&self) -> impl Iterator<Item = Brought<'_>> {
         let parts = self.plan.iter().flat_map(|plan| &plan.parts);
-        parts.map(|part| Brought {
-            part,
-            candidate: self.candidates.get(&part.path),
-        })
+        parts.map(|part| Brought { part, candidate: self.candidates.get(&part.path) })
     }
 
     /// Those of them of which it is known what they are.
     pub fn gathered(&self) -> Vec<(Slot, &Candidate)> {
-        self.brought()
-            .filter_map(|one| Some((one.slot()?, one.candidate?)))
-            .collect()
+        self.brought().filter_map(|one| Some((one.slot()?, one.candidate?))).collect()
     }
 
     /// What gathered parts amount to, as if they were a scanned folder; None if there is no interview yet.
     pub fn gathered_scan(&self) -> Option<Scan> {
         let parts = self.gathered();
         let interview = parts.iter().find(|(slot, _)| *slot == Slot::Interview)?.1;
-        let folder = interview
-            .path
-            .parent()
-            .unwrap_or(Path::new(""))
-            .to_path_buf();
+        let folder = interview.path.parent().unwrap_or(Path::new("")).to_path_buf();
         Some(Scan {
             name: gathered::name(&parts).unwrap_or_default(),
             folder,
@@ -254,29 +238,17 @@ impl Wizard {
             for candidate in found {
                 if plan.parts.iter().all(|part| part.path != candidate.path) {
                     let path = candidate.path.clone();
-                    plan.parts.insert(
-                        at,
-                        PlannedPart {
-                            path,
-                            ..dropped.clone()
-                        },
-                    );
+                    plan.parts.insert(at, PlannedPart { path, ..dropped.clone() });
                     at += 1;
                 }
                 self.candidates.insert(candidate.path.clone(), candidate);
             }
         }
         let Some(plan) = &self.plan else { return };
-        let mut unseen = plan
-            .parts
-            .iter()
-            .filter(|part| !self.candidates.contains_key(&part.path));
+        let mut unseen = plan.parts.iter().filter(|part| !self.candidates.contains_key(&part.path));
         if let (None, Some(part)) = (&self.looking, unseen.next()) {
             let look = |path: &PathBuf| {
-                Ok(expand(path)
-                    .iter()
-                    .map(|path| Candidate::look(path))
-                    .collect())
+                Ok(expand(path).iter().map(|path| Candidate::look(path)).collect())
             };
             let looks = self.looks.get_or_insert_with(|| Lookup::start(wake, look));
             looks.ask(part.path.clone());
@@ -319,9 +291,7 @@ impl Wizard {
         } else {
             let shoot =
                 typed(&plan.shoot).ok_or("Choose the shoot's folder, or bring its parts")?;
-            let scan = self
-                .scan()
-                .ok_or("The shoot's folder is still being scanned")?;
+            let scan = self.scan().ok_or("The shoot's folder is still being scanned")?;
             if !scan.is_complete() {
                 return Err("The shoot is incomplete: see the marks above");
             }
@@ -332,13 +302,8 @@ impl Wizard {
         let job = Job::Import {
             project: root.clone(),
             shoot,
-            settings: ImportSettings {
-                size: plan.size,
-                seed: 1,
-            },
-            lamps: plan
-                .lamps
-                .filter(|&count| lamps.is_none_or(|all| count < all)),
+            settings: ImportSettings { size: plan.size, seed: 1 },
+            lamps: plan.lamps.filter(|&count| lamps.is_none_or(|all| count < all)),
             name: (!name.is_empty()).then(|| name.to_owned()),
         };
         Ok((job, root))
@@ -362,10 +327,7 @@ pub fn cost(scan: &Scan, plan: &Plan) -> String {
         times if times > 1.0 => {
             format!("; a step takes about {times} times as long as at 128 px")
         }
-        times => format!(
-            "; a step takes about 1/{} of the time at 128 px",
-            1.0 / times
-        ),
+        times => format!("; a step takes about 1/{} of the time at 128 px", 1.0 / times),
     };
     format!("Training needs {memory} of memory for its pictures{time}")
 }
@@ -406,11 +368,7 @@ mod tests {
             picture: Some((1920, 1080)),
         };
         let said = |size, lamps| {
-            let plan = Plan {
-                size,
-                lamps,
-                ..Plan::default()
-            };
+            let plan = Plan { size, lamps, ..Plan::default() };
             cost(&scan, &plan)
         };
         // 4 · 128² · (10 · (7 + 3 · 41) + 100 · 7) bytes.
@@ -418,10 +376,6 @@ mod tests {
         assert!(said(512, None).contains("2.1 GB"), "{}", said(512, None));
         assert!(said(512, None).contains("16 times"));
         assert!(said(64, None).contains("1/4 of the time"));
-        assert!(
-            said(128, Some(10)).contains("70 MB"),
-            "{}",
-            said(128, Some(10))
-        );
+        assert!(said(128, Some(10)).contains("70 MB"), "{}", said(128, Some(10)));
     }
 }

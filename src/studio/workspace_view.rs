@@ -78,16 +78,11 @@ pub struct WorkspaceView<'a> {
 
 impl WorkspaceView<'_> {
     fn side_ui(&mut self, ui: &mut Ui, pane: Pane, width: f32) {
-        let frame = Frame::new()
-            .fill(theme::PANEL)
-            .inner_margin(Margin::symmetric(12, 0));
-        Panel::right(pane.name())
-            .exact_size(width)
-            .frame(frame)
-            .show(ui, |ui| match pane {
-                Pane::Probe => self.panels.probe.side_ui(ui, &self.context, self.out),
-                _ => self.panels.gamma.side_ui(ui, &self.context, self.out),
-            });
+        let frame = Frame::new().fill(theme::PANEL).inner_margin(Margin::symmetric(12, 0));
+        Panel::right(pane.name()).exact_size(width).frame(frame).show(ui, |ui| match pane {
+            Pane::Probe => self.panels.probe.side_ui(ui, &self.context, self.out),
+            _ => self.panels.gamma.side_ui(ui, &self.context, self.out),
+        });
     }
 
     /// One pane that fills the window.
@@ -146,9 +141,7 @@ impl WorkspaceView<'_> {
 
 /// A panel's contents with a margin.
 fn padded(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
-    Frame::new()
-        .inner_margin(Margin::symmetric(12, 4))
-        .show(ui, contents);
+    Frame::new().inner_margin(Margin::symmetric(12, 4)).show(ui, contents);
 }
 
 fn scrolled(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
@@ -168,8 +161,7 @@ impl Behavior<Pane> for WorkspaceView<'_> {
         // Not for a click on something over the pane, as a menu.
         let pressed = ui.input(|i| i.pointer.any_pressed()) && ui.rect_contains_pointer(rect);
         if pressed && self.context.state.active != *pane {
-            self.out
-                .push(Command::Window(WindowCommand::Activate(*pane)));
+            self.out.push(Command::Window(WindowCommand::Activate(*pane)));
         }
         self.contents_ui(ui, *pane);
         UiResponse::None
@@ -192,19 +184,11 @@ impl Behavior<Pane> for WorkspaceView<'_> {
     }
 
     fn tab_bg_color(&self, _: &Visuals, _: &Tiles<Pane>, _: TileId, tab: &TabState) -> Color32 {
-        if tab.active {
-            theme::PANEL
-        } else {
-            theme::WELL
-        }
+        if tab.active { theme::PANEL } else { theme::WELL }
     }
 
     fn tab_text_color(&self, _: &Visuals, _: &Tiles<Pane>, _: TileId, tab: &TabState) -> Color32 {
-        if tab.active {
-            theme::TEXT
-        } else {
-            theme::QUIET
-        }
+        if tab.active { theme::TEXT } else { theme::QUIET }
     }
 
     fn tab_outline_stroke(&self, _: &Visuals, _: &Tiles<Pane>, _: TileId, _: &TabState) -> Stroke {
@@ -216,10 +200,7 @@ impl Behavior<Pane> for WorkspaceView<'_> {
     }
 
     fn simplification_options(&self) -> SimplificationOptions {
-        SimplificationOptions {
-            all_panes_must_have_tabs: true,
-            ..SimplificationOptions::default()
-        }
+        SimplificationOptions { all_panes_must_have_tabs: true, ..SimplificationOptions::default() }
     }
 
     fn on_edit(&mut self, _: EditAction) {

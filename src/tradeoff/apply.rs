@@ -28,10 +28,9 @@ impl Applied {
     /// A sentence about it.
     pub fn sentence(&self) -> String {
         let aside = match &self.aside {
-            Some(aside) => format!(
-                "; the calibration and network that were there are in {}",
-                aside.display()
-            ),
+            Some(aside) => {
+                format!("; the calibration and network that were there are in {}", aside.display())
+            }
             None => "; the network that was there is among the saved checkpoints".to_owned(),
         };
         format!("The project uses the setting {} now{aside}", self.rung)
@@ -55,19 +54,11 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
     let Some(found) = named.min_by_key(|m| m.seed).cloned() else {
         let names: Vec<&str> = ledger.rungs.iter().map(|m| m.rung.name.as_str()).collect();
         return Err(Error::missing(
-            format!(
-                "no setting is called {name}; there are {}",
-                names.join(", ")
-            ),
+            format!("no setting is called {name}; there are {}", names.join(", ")),
             "Give one of these names",
         ));
     };
-    let Rung {
-        network,
-        show,
-        minutes,
-        ..
-    } = &found.rung;
+    let Rung { network, show, minutes, .. } = &found.rung;
     let from = mark(project, network, *minutes, found.seed);
     let is_trained = *minutes > 0.0;
     if is_trained {
@@ -88,12 +79,7 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
     } else if present.exists() {
         // It is among the saved ones.
         std::fs::remove_dir_all(&present).map_err(|e| {
-            Error::io(
-                "remove",
-                &present,
-                e,
-                "Check that the folder can be written",
-            )
+            Error::io("remove", &present, e, "Check that the folder can be written")
         })?;
     }
     for log in ["training.csv", "held_out.csv"] {
@@ -112,9 +98,5 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
             project.settings.shoot.poses[pose]
         ));
     }
-    Ok(Applied {
-        rung: name.to_owned(),
-        show: show.clone(),
-        aside,
-    })
+    Ok(Applied { rung: name.to_owned(), show: show.clone(), aside })
 }

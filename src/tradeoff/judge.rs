@@ -51,10 +51,7 @@ impl Against {
             format!(
                 "pose {pose} cannot be held out: the shoot has {poses} poses, counted from 0, and one must stay"
             ),
-            (
-                "Choose another pose, or compare with truth",
-                "--hold-out POSE, or --truth DIR",
-            ),
+            ("Choose another pose, or compare with truth", "--hold-out POSE, or --truth DIR"),
         ))
     }
 
@@ -139,29 +136,21 @@ impl Judge {
         });
         let lit: Vec<Lit> = lit.collect::<Result<_>>()?;
         let mut room = MOST_OLATS;
-        let mut judge = Self {
-            lit,
-            truths: Vec::new(),
-            olats: Vec::new(),
-            subject: Subject::Truth(truth, at),
-        };
+        let mut judge =
+            Self { lit, truths: Vec::new(), olats: Vec::new(), subject: Subject::Truth(truth, at) };
         let Subject::Truth(truth, at) = &judge.subject else {
             return Err(Error::bug("a truth is no longer one"));
         };
         for &frame in &truth.frames {
-            let relit = judge
-                .lit
-                .iter()
-                .map(|lit| truth.relit_at(frame, &lit.name, *at));
+            let relit = judge.lit.iter().map(|lit| truth.relit_at(frame, &lit.name, *at));
             judge.truths.push(relit.collect::<Result<_>>()?);
             let olats = if truth.has_olats(frame) && room > 0 {
                 Some(truth.olats_at(frame, *at)?)
             } else {
                 None
             };
-            let bytes: usize = (olats.iter().flatten())
-                .map(|olat| size_of_val(&olat.pixels[..]))
-                .sum();
+            let bytes: usize =
+                (olats.iter().flatten()).map(|olat| size_of_val(&olat.pixels[..])).sum();
             room = room.saturating_sub(bytes);
             judge.olats.push(olats);
         }
@@ -247,11 +236,7 @@ impl Judge {
                     mask: exemplar.mask,
                 };
                 let side = matte.width;
-                let square = PlateSquare {
-                    x: 0.0,
-                    y: 0.0,
-                    side: side as f32,
-                };
+                let square = PlateSquare { x: 0.0, y: 0.0, side: side as f32 };
                 let plate = (side != frame.mask.width)
                     .then(|| Plate::new(radiance.clone(), matte.clone(), square, &frame.mask))
                     .transpose()?;
@@ -273,10 +258,7 @@ pub fn exemplar_size(project: &Project) -> Result<usize> {
 
 /// The environments that a pose is relit under: the project's first, or built-in ones.
 fn environments(project: &Project) -> Result<Vec<Lit>> {
-    let there = project
-        .environments()
-        .into_iter()
-        .filter(|known| !known.missing);
+    let there = project.environments().into_iter().filter(|known| !known.missing);
     let own = there.take(ENVIRONMENTS).map(|known| {
         Ok(Lit {
             environment: Arc::new(light::panorama::load(&known.file)?),
@@ -288,9 +270,7 @@ fn environments(project: &Project) -> Result<Vec<Lit>> {
     if !own.is_empty() {
         return Ok(own);
     }
-    let built_in = ["courtyard", "nave"]
-        .into_iter()
-        .filter_map(built_in::named);
+    let built_in = ["courtyard", "nave"].into_iter().filter_map(built_in::named);
     let built_in = built_in.map(|own| Lit {
         name: own.name.to_owned(),
         environment: own.environment(),

@@ -157,10 +157,7 @@ impl Knob {
 
     /// Whether it asks for a network of its own.
     pub fn trains(self) -> bool {
-        !matches!(
-            self,
-            Self::Field | Self::Weights | Self::Environment | Self::Effects
-        )
+        !matches!(self, Self::Field | Self::Weights | Self::Environment | Self::Effects)
     }
 }
 
@@ -238,19 +235,12 @@ pub fn rungs(facts: &Facts, settings: &TradeoffSettings) -> Vec<Rung> {
     let units: f64 = {
         let mut trained: Vec<(&str, f64)> = Vec::new();
         for rung in &all {
-            match trained
-                .iter_mut()
-                .find(|(name, _)| *name == rung.network.name)
-            {
+            match trained.iter_mut().find(|(name, _)| *name == rung.network.name) {
                 Some((_, minutes)) => *minutes = minutes.max(rung.minutes),
                 None => trained.push((&rung.network.name, rung.minutes)),
             }
         }
-        let together = if asks(settings, Knob::Together) {
-            TOGETHER
-        } else {
-            0
-        };
+        let together = if asks(settings, Knob::Together) { TOGETHER } else { 0 };
         trained.iter().map(|(_, minutes)| minutes).sum::<f64>() + together as f64
     };
     let shared = || settings.budget / (units * settings.seeds as f64);
@@ -265,10 +255,7 @@ fn asks(settings: &TradeoffSettings, knob: Knob) -> bool {
 
 /// How the base is trained, but for its minutes.
 pub(crate) fn base_config() -> TrainingConfig {
-    TrainingConfig {
-        minutes: None,
-        ..Preset::Quick.config()
-    }
+    TrainingConfig { minutes: None, ..Preset::Quick.config() }
 }
 
 /// The rungs, with `unit` minutes of training for the base.
@@ -277,12 +264,7 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
     let base = Rung {
         name: BASE.to_owned(),
         knob: None,
-        network: Network {
-            name: BASE.to_owned(),
-            size: facts.size,
-            lamps: facts.lamps,
-            config,
-        },
+        network: Network { name: BASE.to_owned(), size: facts.size, lamps: facts.lamps, config },
         minutes: unit,
         show: Show::default(),
     };
@@ -317,9 +299,7 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
     }
     if facts.has_truth {
         for &weighting in Weighting::value_variants() {
-            let value = weighting
-                .to_possible_value()
-                .map(|v| v.get_name().to_owned());
+            let value = weighting.to_possible_value().map(|v| v.get_name().to_owned());
             turn(Knob::Weights, value.unwrap_or_default(), &|rung| {
                 rung.show.weighting = weighting;
             });
@@ -332,30 +312,19 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
         });
     }
     for strength in STRENGTHS.iter().filter(|s| s.pass != Pass::Smoothing) {
-        turn(
-            Knob::Effects,
-            strength.pass.name().replace('_', "-"),
-            &|rung| {
-                *(strength.of)(&mut rung.show.effects) = 0.5 * strength.most;
-            },
-        );
+        turn(Knob::Effects, strength.pass.name().replace('_', "-"), &|rung| {
+            *(strength.of)(&mut rung.show.effects) = 0.5 * strength.most;
+        });
     }
     for share in SHORTER {
-        turn(Knob::Minutes, format!("{share}x"), &|rung| {
-            rung.minutes *= share
-        });
+        turn(Knob::Minutes, format!("{share}x"), &|rung| rung.minutes *= share);
     }
     let most = facts.source.max(facts.size);
     let mut sizes = vec![64, 128, 256, 512, facts.size / 2, 2 * facts.size];
     sizes.sort_unstable();
     sizes.dedup();
-    for size in sizes
-        .into_iter()
-        .filter(|&size| (LEAST_SIZE..=most).contains(&size))
-    {
-        turn(Knob::Size, size.to_string(), &|rung| {
-            rung.network.size = size
-        });
+    for size in sizes.into_iter().filter(|&size| (LEAST_SIZE..=most).contains(&size)) {
+        turn(Knob::Size, size.to_string(), &|rung| rung.network.size = size);
     }
     for (width, most) in [(8, 32), (24, 96), (32, 256)] {
         turn(Knob::Width, width.to_string(), &|rung| {
@@ -364,9 +333,7 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
         });
     }
     for lamps in [24, 12, 6].into_iter().filter(|&lamps| lamps < facts.lamps) {
-        turn(Knob::Lamps, lamps.to_string(), &|rung| {
-            rung.network.lamps = lamps
-        });
+        turn(Knob::Lamps, lamps.to_string(), &|rung| rung.network.lamps = lamps);
     }
     turn(Knob::Features, "none".to_owned(), &|rung| {
         rung.network.config.perceptual = 0.0;
@@ -379,9 +346,7 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
         });
     }
     for &precision in &facts.precisions {
-        let value = precision
-            .to_possible_value()
-            .map(|v| v.get_name().to_owned());
+        let value = precision.to_possible_value().map(|v| v.get_name().to_owned());
         turn(Knob::Precision, value.unwrap_or_default(), &|rung| {
             rung.network.config.precision = precision;
         });
@@ -392,11 +357,9 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
             rung.network.config.depth = Some(depth);
         });
     }
-    for (value, first, last) in [
-        ("0", 0.0, None),
-        ("0.5-to-0", 0.5, Some(0.0)),
-        ("0-to-0.5", 0.0, Some(0.5)),
-    ] {
+    for (value, first, last) in
+        [("0", 0.0, None), ("0.5-to-0", 0.5, Some(0.0)), ("0-to-0.5", 0.0, Some(0.5))]
+    {
         turn(Knob::Rendering, value.to_owned(), &|rung| {
             rung.network.config.rendering = first;
             rung.network.config.rendering_end = last;
@@ -411,9 +374,7 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
         rung.network.config.steadiness = 1.0;
     });
     for share in LONGER {
-        turn(Knob::Minutes, format!("{share}x"), &|rung| {
-            rung.minutes *= share
-        });
+        turn(Knob::Minutes, format!("{share}x"), &|rung| rung.minutes *= share);
     }
     all
 }
@@ -442,11 +403,7 @@ impl Rung {
     pub(crate) fn steps_as(&self, other: &Self) -> bool {
         let work = |rung: &Self| {
             let network = rung.network.clone();
-            let config = TrainingConfig {
-                rendering: 1.0,
-                rendering_end: None,
-                ..network.config
-            };
+            let config = TrainingConfig { rendering: 1.0, rendering_end: None, ..network.config };
             (network.size, network.lamps, config)
         };
         work(self) == work(other)
@@ -455,11 +412,8 @@ impl Rung {
     /// This with what `other` changes of `base`, which must not be the same knob.
     #[must_use]
     pub(crate) fn and(mut self, other: &Self, base: &Self) -> Self {
-        let (mine, theirs, plain) = (
-            &mut self.network.config,
-            &other.network.config,
-            &base.network.config,
-        );
+        let (mine, theirs, plain) =
+            (&mut self.network.config, &other.network.config, &base.network.config);
         if theirs.width != plain.width {
             (mine.width, mine.most_channels) = (theirs.width, theirs.most_channels);
         }

@@ -218,9 +218,7 @@ impl Ledger {
     /// The rung that the project uses; None if none was applied.
     pub fn in_use(&self) -> Option<&Measured> {
         let name = self.applied.as_ref()?;
-        self.rungs
-            .iter()
-            .find(|measured| measured.rung.name == *name)
+        self.rungs.iter().find(|measured| measured.rung.name == *name)
     }
 
     /// Rungs that are planned and not measured.
@@ -245,12 +243,7 @@ impl Ledger {
         // The names do not end.
         let to = free.into_iter().find(|to| !to.exists()).unwrap_or_default();
         std::fs::rename(&from, &to).map_err(|e| {
-            Error::io(
-                "move",
-                &from,
-                e,
-                "Check that the project's folder can be written",
-            )
+            Error::io("move", &from, e, "Check that the project's folder can be written")
         })?;
         Ok(to)
     }

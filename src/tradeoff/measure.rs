@@ -69,17 +69,9 @@ impl Spread {
         times.sort_unstable_by(f64::total_cmp);
         let at = |share: f64| {
             let last = times.len().saturating_sub(1) as f64;
-            times
-                .get((share * last).round() as usize)
-                .copied()
-                .unwrap_or(0.0)
+            times.get((share * last).round() as usize).copied().unwrap_or(0.0)
         };
-        Self {
-            median: at(0.5),
-            low: at(0.1),
-            high: at(0.9),
-            count: times.len(),
-        }
+        Self { median: at(0.5), low: at(0.1), high: at(0.9), count: times.len() }
     }
 }
 
@@ -157,9 +149,7 @@ impl Keeper {
                 if basis.is_none() {
                     *basis = LampBasis::of(&[&field]);
                 }
-                let kept = basis
-                    .as_ref()
-                    .and_then(|basis| basis.compress(&field, *count));
+                let kept = basis.as_ref().and_then(|basis| basis.compress(&field, *count));
                 let kept =
                     kept.ok_or_else(|| Error::bug("a field does not fit its own components"))?;
                 Ok(kept.into())
@@ -201,9 +191,7 @@ pub fn measure(
     let show = &rung.show;
     let lit: Vec<Lit> = judge.lit.iter().map(|lit| reduced(lit, show)).collect();
     let partition = Partition::of(show.weighting, &trained.calibration.rig);
-    let weights = lit
-        .iter()
-        .map(|lit| partition.weights(&lit.environment, lit.yaw_deg).per_lamp);
+    let weights = lit.iter().map(|lit| partition.weights(&lit.environment, lit.yaw_deg).per_lamp);
     let weights: Vec<Vec<[f32; 3]>> = weights.collect();
     let mut keeper = Keeper::new(show);
     let mut relit: Vec<Vec<Pair>> = lit.iter().map(|_| Vec::new()).collect();
@@ -224,19 +212,12 @@ pub fn measure(
                 vec![judge.relit(index, number).clone()],
             ));
         }
-        if let Some(truths) = judge
-            .olats(index)
-            .filter(|truths| truths.len() == field.lamps())
-        {
+        if let Some(truths) = judge.olats(index).filter(|truths| truths.len() == field.lamps()) {
             let alone = |lamp: usize| {
                 let mut weights = vec![[0.0; 3]; field.lamps()];
                 weights[lamp] = [1.0; 3];
                 let picture = field.relight(&weights)?;
-                Ok(at_plate(
-                    picture,
-                    (case.plate.as_ref(), &case.frame.mask),
-                    &weights,
-                ))
+                Ok(at_plate(picture, (case.plate.as_ref(), &case.frame.mask), &weights))
             };
             let pictures = (0..field.lamps()).map(alone).collect::<Result<_>>()?;
             olats.push(Pair::of(&case, pictures, truths.to_vec()));
@@ -273,14 +254,11 @@ pub fn measure(
         all.psnr_db += share * found.psnr_db;
         all.ssim += share * found.ssim;
         all.flip += share * found.flip;
-        all.lpips = found
-            .lpips
-            .map(|found| all.lpips.unwrap_or(0.0) + share * found);
+        all.lpips = found.lpips.map(|found| all.lpips.unwrap_or(0.0) + share * found);
     }
     let compared: Vec<Compared> = olats.iter().map(Pair::compared).collect();
-    let olat_psnr_db = (!compared.is_empty())
-        .then(|| psnr(&compared).map(|found| found.mean_db))
-        .transpose()?;
+    let olat_psnr_db =
+        (!compared.is_empty()).then(|| psnr(&compared).map(|found| found.mean_db)).transpose()?;
     let [picture, truth] = shown(&relit[0])?;
     Ok(Found {
         timed: timed.frame,
@@ -299,9 +277,8 @@ pub fn measure(
 
 /// The environment at the size that the rung uses.
 fn reduced(lit: &Lit, show: &Show) -> Lit {
-    let columns = show
-        .environment_columns
-        .filter(|&columns| columns < lit.environment.radiance.width);
+    let columns =
+        show.environment_columns.filter(|&columns| columns < lit.environment.radiance.width);
     Lit {
         name: lit.name.clone(),
         environment: columns.map_or_else(
@@ -325,19 +302,11 @@ impl Pair {
         if let Some(truth) = truths.first() {
             at_truths_size(&mut pictures, &mut mask, truth.size());
         }
-        Self {
-            mask,
-            pictures,
-            truths,
-        }
+        Self { mask, pictures, truths }
     }
 
     fn compared(&self) -> Compared<'_> {
-        Compared {
-            pictures: &self.pictures,
-            truths: &self.truths,
-            mask: &self.mask,
-        }
+        Compared { pictures: &self.pictures, truths: &self.truths, mask: &self.mask }
     }
 }
 
@@ -411,10 +380,7 @@ impl<'a> Timer<'a> {
         let frame = &self.case.frame;
         let scene = Scene {
             yaw_deg: self.lit.yaw_deg + TURN_DEG * self.turn as f32,
-            lighting: Lighting {
-                weighting: self.show.weighting,
-                ..Lighting::default()
-            },
+            lighting: Lighting { weighting: self.show.weighting, ..Lighting::default() },
             background: Background::Environment,
             output: Output::Display,
             effects,
@@ -435,17 +401,12 @@ impl<'a> Timer<'a> {
             upstream: Upstream::default(),
             extra: Extra {
                 plate: self.case.plate.as_ref(),
-                identity: Identity {
-                    frame: self.turn as u64,
-                    ..Identity::default()
-                },
+                identity: Identity { frame: self.turn as u64, ..Identity::default() },
                 ..Extra::default()
             },
             ..light.on(&field, &frame.mask)
         };
-        let picture = self
-            .series
-            .compose(&scene, (&frame.plate, &frame.mask), &of)?;
+        let picture = self.series.compose(&scene, (&frame.plate, &frame.mask), &of)?;
         self.turn += 1;
         Ok((started.elapsed().as_secs_f64() * 1e3, predict_ms, picture))
     }

@@ -52,7 +52,5 @@ pub fn variant(
 /// A rung's name as that of a file.
 pub(super) fn file_name(name: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
-    name.chars()
-        .map(|c| if is_plain(c) { c } else { '-' })
-        .collect()
+    name.chars().map(|c| if is_plain(c) { c } else { '-' }).collect()
 }

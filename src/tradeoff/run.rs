@@ -103,10 +103,7 @@ impl<'a> Climb<'a> {
             environment_columns: 0,
             precisions: precisions(compute),
         };
-        let most = rungs(&facts, settings)
-            .iter()
-            .map(|rung| rung.network.size)
-            .max();
+        let most = rungs(&facts, settings).iter().map(|rung| rung.network.size).max();
         let judge = Judge::open(
             &base,
             &calibration,
@@ -174,9 +171,8 @@ impl<'a> Climb<'a> {
         let [sooner, _] = order(&self.rungs, seeds.clone());
         if self.some(sooner, progress)? {
             if wants_together {
-                let of_first: Vec<&Measured> = (self.ledger.rungs.iter())
-                    .filter(|m| m.seed == first)
-                    .collect();
+                let of_first: Vec<&Measured> =
+                    (self.ledger.rungs.iter()).filter(|m| m.seed == first).collect();
                 let together = together(&of_first);
                 self.ledger.planned += together.len() * self.settings.seeds as usize;
                 self.rungs.extend(together);
@@ -249,10 +245,7 @@ impl<'a> Climb<'a> {
                 if trained.exists() {
                     continue;
                 }
-                match networks
-                    .iter_mut()
-                    .find(|(name, _)| *name == rung.network.name)
-                {
+                match networks.iter_mut().find(|(name, _)| *name == rung.network.name) {
                     Some((_, most)) => *most = most.max(rung.minutes),
                     None => networks.push((&rung.network.name, rung.minutes)),
                 }
@@ -279,11 +272,7 @@ impl<'a> Climb<'a> {
         if let Some(pose) = self.judge.held_out() {
             predictor = predictor.without(pose);
         }
-        let trained = Trained {
-            variant,
-            calibration,
-            predictor,
-        };
+        let trained = Trained { variant, calibration, predictor };
         Ok((trained, mark))
     }
 
@@ -384,11 +373,7 @@ impl<'a> Climb<'a> {
             bases.parameters,
         ));
         let kept = kept as f64 * share(exemplars(&rung.network), exemplars(&of_base.network));
-        let parameters = if rung.minutes > 0.0 {
-            mine.parameters
-        } else {
-            0
-        };
+        let parameters = if rung.minutes > 0.0 { mine.parameters } else { 0 };
         let disk = base.cost.disk_bytes as f64 * share(parameters, bases.parameters);
         Some(Cost {
             frame_ms: predict_ms + picture_ms,
@@ -462,8 +447,5 @@ fn precisions(compute: &ComputeDevice) -> Vec<Precision> {
 /// Bytes of a folder's files.
 fn bytes(folder: &Path) -> u64 {
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    files
-        .filter_map(|file| file.metadata().ok())
-        .map(|data| data.len())
-        .sum()
+    files.filter_map(|file| file.metadata().ok()).map(|data| data.len()).sum()
 }

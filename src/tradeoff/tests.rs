@@ -14,20 +14,10 @@ use virtual_stage::{StageSettings, write_shoot};
 /// A calibrated project of 16 × 16 on a shoot of 32 × 32 with few lamps.
 fn project(folder: &Path) -> Result<Project> {
     let (shoot, silent) = (folder.join("shoot"), Progress::silent());
-    let stage = StageSettings {
-        frames: 3,
-        size: 32,
-        lamps: 8,
-        ..StageSettings::default()
-    };
+    let stage = StageSettings { frames: 3, size: 32, lamps: 8, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &silent)?;
     let root = folder.join("film");
-    let mut project = import(
-        &root,
-        &shoot,
-        &ImportSettings { size: 16, seed: 1 },
-        &silent,
-    )?;
+    let mut project = import(&root, &shoot, &ImportSettings { size: 16, seed: 1 }, &silent)?;
     calibrate(&mut project, &CalibrateSettings::default(), &silent)?.save(&project)?;
     Project::open(&root)
 }
@@ -46,10 +36,7 @@ fn facts() -> Facts {
 
 #[test]
 fn every_knob_is_turned_alone_and_the_budget_is_shared_out() {
-    let settings = TradeoffSettings {
-        budget: 60.0,
-        ..TradeoffSettings::default()
-    };
+    let settings = TradeoffSettings { budget: 60.0, ..TradeoffSettings::default() };
     let all = rungs(&facts(), &settings);
     let base = all[0].clone();
     assert_eq!((base.name.as_str(), base.knob), ("base", None));
@@ -101,11 +88,7 @@ fn every_knob_is_turned_alone_and_the_budget_is_shared_out() {
             == (&base.network.config, base.network.size, base.network.lamps);
         assert!(same_shape || rung.network.name != "base", "{}", rung.name);
     }
-    let few = TradeoffSettings {
-        knobs: vec![Knob::Size],
-        seeds: 3,
-        ..settings
-    };
+    let few = TradeoffSettings { knobs: vec![Knob::Size], seeds: 3, ..settings };
     let sizes = rungs(&facts(), &few);
     let names: Vec<&str> = sizes.iter().map(|rung| rung.name.as_str()).collect();
     assert_eq!(names, ["base", "size=64", "size=256"]);
@@ -169,27 +152,20 @@ fn a_ladder_keeps_its_time_and_the_base_is_measured_in_any_case() -> Result<()> 
         ..TradeoffSettings::default()
     };
     let report = tradeoff(&project, &settings, &Progress::silent())?;
-    let found: Vec<(&str, u64)> = (report.rungs.iter())
-        .map(|m| (m.rung.name.as_str(), m.seed))
-        .collect();
+    let found: Vec<(&str, u64)> =
+        (report.rungs.iter()).map(|m| (m.rung.name.as_str(), m.seed)).collect();
     assert_eq!(found, [("base", 1), ("base", 2)]);
     // However busy the machine is, networks of the same minutes make the same steps.
     assert_eq!(report.rungs[0].steps, report.rungs[1].steps);
     let ledger = Ledger::load(&project)?.unwrap();
     assert!(ledger.left() > 0 && ledger.base_step_ms.is_some());
     assert!(ledger.rungs.iter().all(|m| m.build == evaluation::build()));
-    let settings = TradeoffSettings {
-        within: None,
-        ..settings
-    };
+    let settings = TradeoffSettings { within: None, ..settings };
     let whole = tradeoff(&project, &settings, &Progress::silent())?;
-    assert_eq!(
-        whole.rungs[..2].iter().map(|m| m.timed).collect::<Vec<_>>(),
-        {
-            let before = report.rungs.iter();
-            before.map(|m| m.timed).collect::<Vec<_>>()
-        }
-    );
+    assert_eq!(whole.rungs[..2].iter().map(|m| m.timed).collect::<Vec<_>>(), {
+        let before = report.rungs.iter();
+        before.map(|m| m.timed).collect::<Vec<_>>()
+    });
     assert_eq!(Ledger::load(&project)?.unwrap().left(), 0);
     // A ladder that was trained by the clock is set aside.
     let path = super::folder(&project).join("ladder.json");
@@ -209,19 +185,13 @@ fn rung(ms: f64, db: f64) -> Measured {
         seed: 1,
         predicted: None,
         cost: Cost::default(),
-        frame: Spread {
-            median: ms,
-            ..Spread::default()
-        },
+        frame: Spread { median: ms, ..Spread::default() },
         predict_ms: 0.0,
         timed: Spread::default(),
         base_ms: ms,
         training_seconds: 0.0,
         steps: 0,
-        fidelity: evaluation::Fidelity {
-            psnr_db: db,
-            ..evaluation::Fidelity::default()
-        },
+        fidelity: evaluation::Fidelity { psnr_db: db, ..evaluation::Fidelity::default() },
         relit_psnr_db: vec![],
         olat_psnr_db: None,
         changes_db: None,
@@ -263,10 +233,7 @@ proptest::proptest! {
 #[test]
 fn a_rung_with_effects_is_neither_on_the_front_nor_picked() {
     let plain = rung(10.0, 30.0);
-    let vignette = Measured {
-        changes_db: Some(20.0),
-        ..rung(9.0, 31.0)
-    };
+    let vignette = Measured { changes_db: Some(20.0), ..rung(9.0, 31.0) };
     let all = [plain, vignette];
     assert_eq!(front(&all), [true, false]);
     assert_eq!(pick(&all, Pick::Within(100.0)), Some(0));
@@ -305,14 +272,7 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
         assert_eq!((&before.rung, before.timed), (&now.rung, now.timed));
     }
     let names: Vec<&str> = report.rungs.iter().map(|m| m.rung.name.as_str()).collect();
-    for name in [
-        "base",
-        "field=f32",
-        "size=32",
-        "lamps=6",
-        "minutes=0x",
-        "minutes=2x",
-    ] {
+    for name in ["base", "field=f32", "size=32", "lamps=6", "minutes=0x", "minutes=2x"] {
         assert!(names.contains(&name), "{name} is not in {names:?}");
     }
     for measured in &report.rungs {
@@ -320,16 +280,10 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
         let is_trained = measured.rung.minutes > 0.0;
         assert!(measured.frame.median > 0.0, "{name}");
         assert_eq!(measured.steps > 0, is_trained, "{name}");
-        assert!(
-            measured.fidelity.psnr_db > 5.0,
-            "{name}: {:?}",
-            measured.fidelity
-        );
+        assert!(measured.fidelity.psnr_db > 5.0, "{name}: {:?}", measured.fidelity);
         assert!(measured.cost.memory_bytes > 0, "{name}");
         assert_eq!(measured.cost.disk_bytes > 0, is_trained, "{name}");
-        let picture = super::folder(&project)
-            .join("pictures")
-            .join(&measured.picture);
+        let picture = super::folder(&project).join("pictures").join(&measured.picture);
         assert!(picture.exists(), "{name}");
         // All have the same truth's size, whatever their own.
         let size = image::image_dimensions(picture).unwrap();
@@ -383,13 +337,8 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
     assert_eq!(again.rungs.len(), report.rungs.len());
     let [first, last] = [&report, &again].map(|report| report.rungs.last().unwrap().timed);
     assert_eq!(first, last);
-    let unknown = apply(&large, "size=31", &Progress::silent())
-        .unwrap_err()
-        .to_string();
-    assert!(
-        unknown.contains("size=31") && unknown.contains("size=32"),
-        "{unknown}"
-    );
+    let unknown = apply(&large, "size=31", &Progress::silent()).unwrap_err().to_string();
+    assert!(unknown.contains("size=31") && unknown.contains("size=32"), "{unknown}");
     Ok(())
 }
 
@@ -406,45 +355,24 @@ fn a_pose_is_held_out_where_there_is_no_truth_and_other_settings_set_aside() -> 
     let report = tradeoff(&project, &settings, &Progress::silent())?;
     let poses = project.settings.shoot.poses.len();
     let held_out = &project.settings.shoot.poses[poses / 2];
-    assert!(
-        report.compared_with.contains(held_out.as_str()),
-        "{}",
-        report.compared_with
-    );
+    assert!(report.compared_with.contains(held_out.as_str()), "{}", report.compared_with);
     // Kinds of weights cannot be told apart without a truth.
-    assert!(
-        report
-            .rungs
-            .iter()
-            .all(|m| m.rung.knob != Some(Knob::Weights))
-    );
-    let effects: Vec<&Measured> = report
-        .rungs
-        .iter()
-        .filter(|m| m.rung.knob == Some(Knob::Effects))
-        .collect();
+    assert!(report.rungs.iter().all(|m| m.rung.knob != Some(Knob::Weights)));
+    let effects: Vec<&Measured> =
+        report.rungs.iter().filter(|m| m.rung.knob == Some(Knob::Effects)).collect();
     assert!(effects.len() > 4 && effects.iter().all(|m| m.changes_db.is_some()));
     assert!(effects.iter().any(|m| m.changes_db.unwrap() < 40.0));
-    let other = TradeoffSettings {
-        hold_out: Some(0),
-        knobs: vec![Knob::Field],
-        ..settings.clone()
-    };
+    let other =
+        TradeoffSettings { hold_out: Some(0), knobs: vec![Knob::Field], ..settings.clone() };
     tradeoff(&project, &other, &Progress::silent())?;
     assert!(project.root.join("tradeoff-aside-1/ladder.json").exists());
     let refused = tradeoff(
         &project,
-        &TradeoffSettings {
-            hold_out: Some(99),
-            ..settings.clone()
-        },
+        &TradeoffSettings { hold_out: Some(99), ..settings.clone() },
         &Progress::silent(),
     );
     assert!(refused.unwrap_err().to_string().contains("pose 99"));
-    let square = TradeoffSettings {
-        at: PictureSize::Square,
-        ..settings
-    };
+    let square = TradeoffSettings { at: PictureSize::Square, ..settings };
     assert!(tradeoff(&project, &square, &Progress::silent()).is_err());
     Ok(())
 }

@@ -44,14 +44,8 @@ pub(super) fn together(measured: &[&Measured]) -> Vec<Rung> {
         if chosen.len() < 2 {
             continue;
         }
-        let all = chosen
-            .iter()
-            .fold(base.rung.clone(), |rung, m| rung.and(&m.rung, &base.rung));
-        let mut rung = Rung {
-            name: name.to_owned(),
-            knob: Some(Knob::Together),
-            ..all
-        };
+        let all = chosen.iter().fold(base.rung.clone(), |rung, m| rung.and(&m.rung, &base.rung));
+        let mut rung = Rung { name: name.to_owned(), knob: Some(Knob::Together), ..all };
         if rung.network != base.rung.network {
             rung.network.name = name.to_owned();
         }

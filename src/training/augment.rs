@@ -61,14 +61,8 @@ mod tests {
         let x = Tensor::<1>::from_floats([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &Device::flex())
             .reshape([1, 1, 2, 3]);
         let values = |x: Tensor<4>| x.into_data().try_to_vec::<f32>().unwrap();
-        assert_eq!(
-            values(shift(x.clone(), 1, 0)),
-            [0.0, 1.0, 2.0, 0.0, 4.0, 5.0]
-        );
-        assert_eq!(
-            values(shift(x.clone(), -1, 1)),
-            [0.0, 0.0, 0.0, 2.0, 3.0, 0.0]
-        );
+        assert_eq!(values(shift(x.clone(), 1, 0)), [0.0, 1.0, 2.0, 0.0, 4.0, 5.0]);
+        assert_eq!(values(shift(x.clone(), -1, 1)), [0.0, 0.0, 0.0, 2.0, 3.0, 0.0]);
         assert_eq!(values(shift(x, 9, 0)), [0.0; 6]);
     }
 }

@@ -10,10 +10,7 @@ use std::collections::VecDeque;
 pub fn blend<M: Module>(average: M, live: &M, keep: f32) -> M {
     let mut collector = Collector::default();
     live.visit(&mut collector);
-    average.map(&mut Blender {
-        live: collector.0,
-        keep,
-    })
+    average.map(&mut Blender { live: collector.0, keep })
 }
 
 /// All parameters, flattened, in the module's order.

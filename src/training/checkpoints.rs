@@ -133,9 +133,7 @@ pub fn keep(project: &Project, reason: Reason) -> Result<()> {
     let known = list(project).into_iter().find(|kept| kept.info == info);
     match (known, reason) {
         (None, _) => {
-            let number = entries(project)
-                .first()
-                .map_or(1, |&(number, ..)| number + 1);
+            let number = entries(project).first().map_or(1, |&(number, ..)| number + 1);
             let name = named(number, reason, info.step);
             let partial = folder.join(format!("{HIDDEN}{name}"));
             clean(&folder);
@@ -171,9 +169,7 @@ pub fn set_aside(project: &Project) -> Result<()> {
     if checkpoint::info(&present).is_ok() {
         return keep(project, Reason::SetAside);
     }
-    let number = entries(project)
-        .first()
-        .map_or(1, |&(number, ..)| number + 1);
+    let number = entries(project).first().map_or(1, |&(number, ..)| number + 1);
     let unread = folder(project).join(format!("{number:04}-unreadable-{}", std::process::id()));
     std::fs::create_dir_all(folder(project))
         .and_then(|()| std::fs::rename(&present, &unread))
@@ -195,10 +191,7 @@ pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
                 "no checkpoint in {} has the step or the name {wanted}",
                 folder(project).display()
             ),
-            (
-                "Choose one that is there",
-                "afterlight checkpoints PROJECT lists them",
-            ),
+            ("Choose one that is there", "afterlight checkpoints PROJECT lists them"),
         ));
     };
     check_fits(&found.info, project)?;
@@ -273,9 +266,7 @@ fn check_same(project: &Project, other: &Project) -> Result<()> {
 /// Copies the log `from` to `to`, or removes that if there is none.
 fn restore(from: &Path, to: &Path) -> Result<()> {
     if from.exists() {
-        return write_beside(to, |out| {
-            std::io::copy(&mut files::open(from)?, out).map(drop)
-        });
+        return write_beside(to, |out| std::io::copy(&mut files::open(from)?, out).map(drop));
     }
     match std::fs::remove_file(to) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
@@ -384,12 +375,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let of = |name: &str| folder.path().join(name);
         let unfinished = ".0012-step-0001200";
-        let others = [
-            ".notes",
-            ".ssh",
-            ".0012-step-0001200-mine",
-            "0012-step-0001200",
-        ];
+        let others = [".notes", ".ssh", ".0012-step-0001200-mine", "0012-step-0001200"];
         for name in others.iter().chain([&unfinished]) {
             std::fs::create_dir(of(name)).unwrap();
             std::fs::write(of(name).join("file"), "").unwrap();

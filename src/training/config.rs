@@ -204,9 +204,8 @@ impl TrainingConfig {
                 "Write it as key=value, such as width=32; docs/method.md lists the settings",
             )
         };
-        let (key, value) = setting
-            .split_once('=')
-            .ok_or_else(|| refuse("it has no =".to_owned()))?;
+        let (key, value) =
+            setting.split_once('=').ok_or_else(|| refuse("it has no =".to_owned()))?;
         let mut table = toml::Table::try_from(&*self).map_err(|e| refuse(e.to_string()))?;
         if value == "none" {
             table.remove(key);
@@ -216,9 +215,8 @@ impl TrainingConfig {
             let parsed = parsed.ok().and_then(|mut table| table.remove("v"));
             table.insert(key.to_owned(), parsed.unwrap_or_else(quoted));
         }
-        let changed: Self = table
-            .try_into()
-            .map_err(|e: toml::de::Error| refuse(e.message().trim().to_owned()))?;
+        let changed: Self =
+            table.try_into().map_err(|e: toml::de::Error| refuse(e.message().trim().to_owned()))?;
         changed.check().map_err(refuse)?;
         *self = changed;
         Ok(())
@@ -237,11 +235,7 @@ impl TrainingConfig {
             ("most-channels", self.most_channels as f64, 8.0..=1024.0),
             ("reconstruction", self.reconstruction.into(), 0.0..=1e6),
             ("rendering", self.rendering.into(), 0.0..=1e6),
-            (
-                "rendering-end",
-                optional(self.rendering_end.map(f64::from)),
-                0.0..=1e6,
-            ),
+            ("rendering-end", optional(self.rendering_end.map(f64::from)), 0.0..=1e6),
             ("steadiness", self.steadiness.into(), 0.0..=1e6),
             ("perceptual", self.perceptual.into(), 0.0..=1e6),
             ("pixel", self.pixel.into(), 0.0..=1e6),
@@ -262,15 +256,10 @@ impl TrainingConfig {
             ("checkpoint-seconds", self.checkpoint_seconds, 0.0..=1e6),
         ];
         // NaN is in no range.
-        match ranges
-            .into_iter()
-            .find(|(_, number, range)| !range.contains(number))
-        {
-            Some((name, _, range)) => Err(format!(
-                "{name} can be from {} to {}",
-                range.start(),
-                range.end()
-            )),
+        match ranges.into_iter().find(|(_, number, range)| !range.contains(number)) {
+            Some((name, _, range)) => {
+                Err(format!("{name} can be from {} to {}", range.start(), range.end()))
+            }
             None => Ok(()),
         }
     }
@@ -328,14 +317,9 @@ mod tests {
             let range = format!("{} can be from ", beside(setting));
             assert!(refused.contains(&range), "{refused}");
         }
-        for setting in [
-            "widht=32",
-            "width",
-            "width=wide",
-            "width=-1",
-            "width=none",
-            "normalization=layer",
-        ] {
+        for setting in
+            ["widht=32", "width", "width=wide", "width=-1", "width=none", "normalization=layer"]
+        {
             let refused = config.set(setting).unwrap_err().to_string();
             assert!(refused.contains(setting), "{refused}");
         }

@@ -43,10 +43,7 @@ impl TrainingConfig {
         let checkpoint = 4 * networks * self.network(project).cost().parameters;
         let saves =
             seconds.map(|seconds| (seconds / self.checkpoint_seconds.max(1.0)).ceil() as u64);
-        DiskCost {
-            checkpoint,
-            most: checkpoints::most_bytes(saves, checkpoint),
-        }
+        DiskCost { checkpoint, most: checkpoints::most_bytes(saves, checkpoint) }
     }
 
     /// The network that this trains for a project.
@@ -159,10 +156,7 @@ mod tests {
     fn a_run_takes_its_steps_at_the_pace_or_its_minutes() {
         let (project, paper) = (project(), Preset::Paper.config());
         let network = paper.network(&project);
-        let pace = Pace {
-            seconds_per_step: 0.5,
-            multiply_adds: network.cost().multiply_adds,
-        };
+        let pace = Pace { seconds_per_step: 0.5, multiply_adds: network.cost().multiply_adds };
         let unknown = paper.cost(&project, 0, None);
         assert_eq!((unknown.seconds, unknown.steps), (None, Some(10_000)));
         let known = paper.cost(&project, 1, Some(pace));
@@ -193,10 +187,7 @@ mod tests {
         let project = project();
         let [quick, paper] = [Preset::Quick, Preset::Paper].map(Preset::config);
         let [small, large] = [&quick, &paper].map(|c| c.network(&project).cost().multiply_adds);
-        let pace = Pace {
-            seconds_per_step: 1.0,
-            multiply_adds: large,
-        };
+        let pace = Pace { seconds_per_step: 1.0, multiply_adds: large };
         let cost = quick.cost(&project, 0, Some(pace));
         assert!(!cost.timed && small < large);
         let expected = 600.0 * large as f64 / small as f64;

@@ -98,9 +98,8 @@ impl TrainingData {
             exemplars.push((exemplar, plate));
         }
         progress.step("reading exemplars", poses as u64, poses as u64, "");
-        let frame_numbers: Vec<usize> = (0..project.settings.shoot.frames.len())
-            .filter(|f| !exclude.contains(f))
-            .collect();
+        let frame_numbers: Vec<usize> =
+            (0..project.settings.shoot.frames.len()).filter(|f| !exclude.contains(f)).collect();
         let frames = frame_numbers
             .par_iter()
             .map(|&f| Frame::load(project, &calibration.response, f))
@@ -128,10 +127,8 @@ impl TrainingData {
                 if factor == 1.0 && !distances.is_empty() {
                     break;
                 }
-                distances.push(sample((
-                    zoomed_exemplar(&exemplar, factor),
-                    zoomed(&plate, factor),
-                )));
+                distances
+                    .push(sample((zoomed_exemplar(&exemplar, factor), zoomed(&plate, factor))));
             }
             distances
         });
@@ -139,10 +136,7 @@ impl TrainingData {
         Ok(Self {
             held_out,
             exemplars,
-            frames: frames
-                .iter()
-                .map(|f| Plate::new(&f.plate, &f.mask, device))
-                .collect(),
+            frames: frames.iter().map(|f| Plate::new(&f.plate, &f.mask, device)).collect(),
             frame_numbers,
             weights: tensor_from_weights(&calibration.learnt_light(), device),
             scale,
@@ -162,15 +156,10 @@ impl TrainingData {
             Tensor::random(shape, Distribution::Uniform(0.05, 0.9), device)
         };
         let linear = noise(1, 3);
-        let plate = Plate {
-            encoded: encode(linear.clone()),
-            mask: noise(1, 1).ones_like(),
-            linear,
-        };
-        let sample = TrainingSample {
-            plate: plate.clone(),
-            encoded_olats: noise(network.lamps, 3),
-        };
+        let plate =
+            Plate { encoded: encode(linear.clone()), mask: noise(1, 1).ones_like(), linear };
+        let sample =
+            TrainingSample { plate: plate.clone(), encoded_olats: noise(network.lamps, 3) };
         Self {
             exemplars: vec![vec![sample]; POSES],
             held_out: None,
@@ -207,11 +196,7 @@ impl TrainingData {
 impl Plate {
     fn new(linear: &Image, mask: &Mask, device: &Device) -> Self {
         let linear = tensor_from_image(linear, device);
-        Self {
-            encoded: encode(linear.clone()),
-            linear,
-            mask: tensor_from_mask(mask, device),
-        }
+        Self { encoded: encode(linear.clone()), linear, mask: tensor_from_mask(mask, device) }
     }
 }
 
@@ -224,11 +209,7 @@ fn zoomed(image: &Image, factor: f32) -> Image {
 fn zoomed_exemplar(exemplar: &Exemplar, factor: f32) -> Exemplar {
     Exemplar {
         pose: exemplar.pose,
-        olats: exemplar
-            .olats
-            .par_iter()
-            .map(|olat| zoomed(olat, factor))
-            .collect(),
+        olats: exemplar.olats.par_iter().map(|olat| zoomed(olat, factor)).collect(),
         mask: super::augment::zoom(&exemplar.mask, factor, 0.0, |a, b, f| a + f * (b - a)),
     }
 }
@@ -239,10 +220,7 @@ fn sample_subject<'a>(
     plate: &'a Image,
 ) -> impl Iterator<Item = (f32, f32)> + 'a {
     let mask = &exemplar.mask.pixels;
-    let subject: Vec<usize> = (0..mask.len())
-        .filter(|&i| mask[i] > 0.9)
-        .step_by(4)
-        .collect();
+    let subject: Vec<usize> = (0..mask.len()).filter(|&i| mask[i] > 0.9).step_by(4).collect();
     exemplar.olats.iter().flat_map(move |olat| {
         subject
             .clone()

@@ -24,12 +24,7 @@ fn a_training_waits_for_room_and_loses_nothing() {
         return;
     };
     let (folder, silent) = (tempfile::tempdir().unwrap(), Progress::silent());
-    let shoot = TestShoot {
-        frames: 2,
-        lamps: 4,
-        working_size: 16,
-        ..TestShoot::default()
-    };
+    let shoot = TestShoot { frames: 2, lamps: 4, working_size: 16, ..TestShoot::default() };
     let root = disk.0.path().join("project");
     let (project, calibration) = shoot.calibrate(folder.path(), &root);
     let settings = |epochs| TrainSettings {
@@ -80,25 +75,13 @@ fn a_training_waits_for_room_and_loses_nothing() {
     let held = held.lock().unwrap();
     assert_eq!(held.len(), 2);
     for sentence in held.iter() {
-        assert!(
-            sentence.contains("weights-") && sentence.contains("room"),
-            "{sentence}"
-        );
+        assert!(sentence.contains("weights-") && sentence.contains("room"), "{sentence}");
     }
     assert_eq!(checkpoint::info(&at).unwrap().step, after.steps);
     let log = std::fs::read_to_string(root.join("training.csv")).unwrap();
-    let last: Vec<&str> = log
-        .lines()
-        .skip(1)
-        .filter_map(|line| line.split(',').next())
-        .collect();
+    let last: Vec<&str> = log.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
     let new = (before.steps + 1..=after.steps).map(|step| step.to_string());
     assert!(
-        last.ends_with(
-            &new.collect::<Vec<_>>()
-                .iter()
-                .map(String::as_str)
-                .collect::<Vec<_>>()
-        )
+        last.ends_with(&new.collect::<Vec<_>>().iter().map(String::as_str).collect::<Vec<_>>())
     );
 }

@@ -8,10 +8,7 @@ use reflectance::{UNet, kernels};
 /// Scales `gradients` so that their common Euclidean norm is at most `most`, and returns the norm
 /// they had. It is NaN or infinite if any of them is: such a step must be skipped.
 pub fn clip<M: Module>(network: &M, gradients: &mut GradientsParams, most: f32) -> f32 {
-    let mut squares = Squares {
-        gradients,
-        sums: Vec::new(),
-    };
+    let mut squares = Squares { gradients, sums: Vec::new() };
     network.visit(&mut squares);
     let sums = squares.sums;
     if sums.is_empty() {
@@ -19,10 +16,7 @@ pub fn clip<M: Module>(network: &M, gradients: &mut GradientsParams, most: f32) 
     }
     let norm = Tensor::cat(sums, 0).sum().sqrt().into_scalar::<f32>();
     if norm > most {
-        network.visit(&mut Scaler {
-            gradients,
-            factor: most / norm,
-        });
+        network.visit(&mut Scaler { gradients, factor: most / norm });
     }
     norm
 }

@@ -16,10 +16,7 @@ const FINE: f64 = 2e-8;
 
 fn tensor<const D: usize>(values: &[f64], shape: [usize; D]) -> Tensor<D> {
     let device = Device::flex().autodiff();
-    Tensor::from_data(
-        TensorData::new(values.to_vec(), shape),
-        (&device, DType::F64),
-    )
+    Tensor::from_data(TensorData::new(values.to_vec(), shape), (&device, DType::F64))
 }
 
 /// Values in `[0, 1)` without a pattern.
@@ -51,11 +48,7 @@ fn check(name: &str, step: f64, x: &[f64], shape: [usize; 4], f: impl Fn(Tensor<
         let error = (slope - gradient[i]).abs();
         // Rounding of the sums costs 1e-16 of the value over the step.
         let bound = 1e-7 * largest + 1e-15 * value(x).abs() / step;
-        assert!(
-            error <= bound,
-            "{name}, {i}: {} where differences give {slope}",
-            gradient[i]
-        );
+        assert!(error <= bound, "{name}, {i}: {} where differences give {slope}", gradient[i]);
     }
 }
 
@@ -73,13 +66,9 @@ fn the_renderer_and_what_outputs_stand_for() {
     let part = tensor(&noise(3 * 6, 4), [1, 3, 2, 3]);
     for formulation in [Formulation::Direct, Formulation::Ratio] {
         let light = light(&plate, formulation, 1.7);
-        check(
-            "relight",
-            STEP,
-            &noise(12 * 6, 1),
-            [1, 12, 2, 3],
-            |output| (relight(olats(output, &light), &weights) * part.clone()).sum(),
-        );
+        check("relight", STEP, &noise(12 * 6, 1), [1, 12, 2, 3], |output| {
+            (relight(olats(output, &light), &weights) * part.clone()).sum()
+        });
     }
 }
 
@@ -92,21 +81,12 @@ fn the_losses_as_a_whole_with_a_mask_of_black_grey_and_white() {
     let weights = tensor(&noise(LAMPS * 3, 7), [LAMPS, 3, 1, 1]);
     let coverage: Vec<f64> = (0..64).map(|i| [0.0, 0.4, 1.0, 1.0][i % 4]).collect();
     let mask = tensor(&coverage, [1, 1, 8, 8]);
-    let output: Vec<f64> = noise(3 * LAMPS * 64, 8)
-        .iter()
-        .map(|v| 0.05 + 0.9 * v)
-        .collect();
-    for (lamps, pixel, with_olats) in [
-        (None, 0.0, true),
-        (None, 0.3, true),
-        (Some(&[0, 2][..]), 0.3, true),
-        (None, 0.0, false),
-    ] {
+    let output: Vec<f64> = noise(3 * LAMPS * 64, 8).iter().map(|v| 0.05 + 0.9 * v).collect();
+    for (lamps, pixel, with_olats) in
+        [(None, 0.0, true), (None, 0.3, true), (Some(&[0, 2][..]), 0.3, true), (None, 0.0, false)]
+    {
         let loss = |output: Tensor<4>| {
-            let mut criterion = Criterion {
-                pixel,
-                ..Criterion::default()
-            };
+            let mut criterion = Criterion { pixel, ..Criterion::default() };
             let with = LossInputs {
                 light: light(&plate, Formulation::Ratio, 1.3),
                 mask: &mask,
@@ -153,13 +133,7 @@ fn the_norm_at_and_near_zero_error() {
     let exact = tensor(&truth, [1, 3, 4, 4]).require_grad();
     let gradients = loss(exact.clone()).backward();
     let gradient = exact.grad(&gradients).unwrap().into_data();
-    assert!(
-        gradient
-            .try_to_vec::<f64>()
-            .unwrap()
-            .iter()
-            .all(|g| *g == 0.0)
-    );
+    assert!(gradient.try_to_vec::<f64>().unwrap().iter().all(|g| *g == 0.0));
     for error in [1e-6, 1e-4, 1e-2] {
         let near: Vec<f64> = truth.iter().map(|v| v + error).collect();
         check("norm", FINE, &near, [1, 3, 4, 4], loss);

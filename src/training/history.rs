@@ -40,11 +40,7 @@ impl History {
     /// Adds a point. Points of later steps, from before the run went back or started over, are dropped.
     pub fn push(&mut self, point: LossPoint) {
         let each = 1 << self.halvings.min(31);
-        while self
-            .points
-            .last()
-            .is_some_and(|last| last.step >= point.step)
-        {
+        while self.points.last().is_some_and(|last| last.step >= point.step) {
             self.points.pop();
             self.last = each;
         }
@@ -84,10 +80,7 @@ impl History {
         whole_lines(&root.join(STEPS), |fields| {
             if let Some(mut point) = point(fields) {
                 point.held_out_db = judged.get(&point.step).copied();
-                if pace
-                    .back()
-                    .is_some_and(|&(step, _)| point.step.checked_sub(1) != Some(step))
-                {
+                if pace.back().is_some_and(|&(step, _)| point.step.checked_sub(1) != Some(step)) {
                     pace.clear();
                 }
                 pace.push_back((point.step, point.seconds));
@@ -222,18 +215,11 @@ mod tests {
         let path = folder.path().join("training.csv");
         std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
         let said = History::read(folder.path()).unwrap_err().to_string();
-        assert!(
-            said.contains("training.csv") && said.contains("device"),
-            "{said}"
-        );
+        assert!(said.contains("training.csv") && said.contains("device"), "{said}");
         std::fs::remove_file(&path).unwrap();
         let step = "1,0.250,0.5,0.25,1e-3,2.5,true";
         let endless = "9".repeat(1 << 20);
-        std::fs::write(
-            &path,
-            format!("{STEPS_HEADER}\n{step}\n{endless}\n{step}\n"),
-        )
-        .unwrap();
+        std::fs::write(&path, format!("{STEPS_HEADER}\n{step}\n{endless}\n{step}\n")).unwrap();
         assert_eq!(History::read(folder.path()).unwrap().points().len(), 1);
         test_support::shown!(
             Strangers,

@@ -43,17 +43,10 @@ impl Log {
             remove_torn_line(&path).map_err(fail)?;
         }
         let mut options = OpenOptions::new();
-        options
-            .create(true)
-            .write(true)
-            .append(!fresh)
-            .truncate(fresh);
+        options.create(true).write(true).append(!fresh).truncate(fresh);
         let file = files::open_own(&path, &options).map_err(fail)?;
         let empty = file.metadata().map_err(fail)?.len() == 0;
-        let mut log = Self {
-            out: BufWriter::new(file),
-            path,
-        };
+        let mut log = Self { out: BufWriter::new(file), path };
         if empty {
             log.line(header)?;
         }
@@ -161,14 +154,8 @@ mod tests {
         std::fs::write(&diary, "dear diary").unwrap();
         std::os::unix::fs::symlink(&diary, &path).unwrap();
         for fresh in [true, false] {
-            let refused = Log::open(path.clone(), "a,b", fresh)
-                .err()
-                .unwrap()
-                .to_string();
-            assert!(
-                refused.contains("log.csv") && refused.contains("a link"),
-                "{refused}"
-            );
+            let refused = Log::open(path.clone(), "a,b", fresh).err().unwrap().to_string();
+            assert!(refused.contains("log.csv") && refused.contains("a link"), "{refused}");
         }
         assert_eq!(std::fs::read_to_string(&diary).unwrap(), "dear diary");
         test_support::shown!(

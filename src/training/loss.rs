@@ -33,11 +33,7 @@ pub struct Criterion {
 impl Default for Criterion {
     /// The built-in features alone.
     fn default() -> Self {
-        Self {
-            features: None,
-            perceptual: 1.0,
-            pixel: 0.0,
-        }
+        Self { features: None, perceptual: 1.0, pixel: 0.0 }
     }
 }
 
@@ -112,23 +108,13 @@ fn fused(output: Tensor<4>, with: &LossInputs, lamps: Option<&[usize]>) -> (Tens
         light: with.light.clone(),
         olats: Some(&rows(truth.clone(), lamps)),
         weights: &rows(with.weights.clone(), lamps),
-        settings: LossSettings {
-            rendering: 0.0,
-            ..with.settings
-        },
+        settings: LossSettings { rendering: 0.0, ..with.settings },
         ..*with
     };
-    let of_all = LossInputs {
-        light: with.light.clone(),
-        olats: None,
-        ..*with
-    };
+    let of_all = LossInputs { light: with.light.clone(), olats: None, ..*with };
     let (reconstruction, sampled) = kernels::losses(sampled, &of_sampled);
     let (rendering, all) = kernels::losses(output, &of_all);
-    (
-        reconstruction + rendering,
-        Tensor::cat(vec![sampled.narrow(0, 0, 1), all.narrow(0, 1, 1)], 0),
-    )
+    (reconstruction + rendering, Tensor::cat(vec![sampled.narrow(0, 0, 1), all.narrow(0, 1, 1)], 0))
 }
 
 /// The losses in burn's operations, with `distance` between encoded pictures of the given kinds.
@@ -152,10 +138,7 @@ fn composed(
         reconstruction = distance(predicted, truth, &pictures);
         total = total + reconstruction.clone() * with.settings.reconstruction;
     }
-    (
-        total,
-        Tensor::cat(vec![reconstruction, rendering], 0).detach(),
-    )
+    (total, Tensor::cat(vec![reconstruction, rendering], 0).detach())
 }
 
 /// Predicted and true OLATs to compare, encoded, of `lamps` or of all.
@@ -215,17 +198,12 @@ fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>) ->
 /// Σ x² of each picture: `[n, 3, h, w]` → `[n]`.
 fn square_sum(x: Tensor<4>) -> Tensor<1> {
     let [n, c, h, w] = x.dims();
-    (x.clone() * x)
-        .reshape([n, c * h * w])
-        .sum_dim(1)
-        .reshape([n])
+    (x.clone() * x).reshape([n, c * h * w]).sum_dim(1).reshape([n])
 }
 
 /// Mean over pictures of √(Σ x² / values + ε²).
 fn norms(square_sums: Tensor<1>, values: &Tensor<1>) -> Tensor<1> {
-    (square_sums / values.clone() + EPSILON * EPSILON)
-        .sqrt()
-        .mean()
+    (square_sums / values.clone() + EPSILON * EPSILON).sqrt().mean()
 }
 
 #[cfg(test)]
@@ -331,11 +309,7 @@ mod tests {
 
     #[test]
     fn sampled_lamps_have_the_loss_and_the_gradient_of_all_on_average() {
-        let mut criterion = Criterion {
-            features: None,
-            pixel: 0.3,
-            perceptual: 1.0,
-        };
+        let mut criterion = Criterion { features: None, pixel: 0.3, perceptual: 1.0 };
         let all = losses_of(&mut criterion, None, 1);
         let mut means = all.each_ref().map(|part| vec![0.0; part.len()]);
         let mut samples = 0;
@@ -343,10 +317,7 @@ mod tests {
         for first in 0..6 {
             for second in first + 1..6 {
                 let sampled = losses_of(&mut criterion, Some(&[first, second]), 1);
-                assert_eq!(
-                    sampled[0][2], all[0][2],
-                    "the rendering loss is that of all lamps"
-                );
+                assert_eq!(sampled[0][2], all[0][2], "the rendering loss is that of all lamps");
                 for (mean, sampled) in means.iter_mut().zip(sampled) {
                     for (mean, value) in mean.iter_mut().zip(sampled) {
                         *mean += value;
@@ -366,19 +337,12 @@ mod tests {
     #[test]
     fn pixels_and_features_count_by_their_weights() {
         let losses = |pixel| {
-            let mut criterion = Criterion {
-                pixel,
-                ..Criterion::default()
-            };
+            let mut criterion = Criterion { pixel, ..Criterion::default() };
             losses_of(&mut criterion, None, 2)[0][0]
         };
         let [none, half, whole] = [0.0, 0.5, 1.0].map(losses);
         assert!(half > none && ((whole - none) / (half - none) - 2.0).abs() < 1e-3);
-        let mut alone = Criterion {
-            perceptual: 0.0,
-            pixel: 1.0,
-            ..Criterion::default()
-        };
+        let mut alone = Criterion { perceptual: 0.0, pixel: 1.0, ..Criterion::default() };
         let pixels = losses_of(&mut alone, None, 2)[0][0];
         assert!((pixels / (whole - none) - 1.0).abs() < 1e-3);
     }
@@ -390,32 +354,18 @@ mod tests {
         let truth = Tensor::full([2, 3, 8, 8], truth, &device);
         let loss = feature_distance(encode(predicted.clone()), encode(truth), &mask);
         let gradients = loss.backward();
-        let gradient = predicted
-            .grad(&gradients)
-            .unwrap()
-            .into_data()
-            .try_to_vec()
-            .unwrap();
+        let gradient = predicted.grad(&gradients).unwrap().into_data().try_to_vec().unwrap();
         (loss.into_scalar(), gradient)
     }
 
     #[test]
     fn zero_error_black_and_saturated_pictures_have_finite_gradients() {
-        for (predicted, truth) in [
-            (0.0, 0.0),
-            (0.3, 0.3),
-            (0.0, 1.0),
-            (1.0, 0.0),
-            (1e4, 1e4),
-            (1e4, 0.0),
-            (-0.1, 0.0),
-        ] {
+        for (predicted, truth) in
+            [(0.0, 0.0), (0.3, 0.3), (0.0, 1.0), (1.0, 0.0), (1e4, 1e4), (1e4, 0.0), (-0.1, 0.0)]
+        {
             let (loss, gradient) = distance(predicted, truth);
             assert!(loss.is_finite(), "{predicted} against {truth}");
-            assert!(
-                gradient.iter().all(|g| g.is_finite()),
-                "{predicted} against {truth}"
-            );
+            assert!(gradient.iter().all(|g| g.is_finite()), "{predicted} against {truth}");
         }
         let (loss, gradient) = distance(0.3, 0.3);
         assert!(loss < 3.0 * EPSILON && gradient.iter().all(|g| *g == 0.0));
@@ -434,10 +384,7 @@ mod tests {
         let outside = truth.clone() + (mask.clone().neg() + 1.0) * 5.0;
         let inside = truth.clone() + mask.clone() * 0.1;
         let at_zero = feature_distance(truth.clone(), truth.clone(), &mask).into_scalar::<f32>();
-        assert_eq!(
-            feature_distance(outside, truth.clone(), &mask).into_scalar::<f32>(),
-            at_zero
-        );
+        assert_eq!(feature_distance(outside, truth.clone(), &mask).into_scalar::<f32>(), at_zero);
         assert!(feature_distance(inside, truth, &mask).into_scalar::<f32>() > 10.0 * at_zero);
     }
 
@@ -464,22 +411,13 @@ mod tests {
         let value = |x: Tensor<4>| loss(x).into_scalar::<f32>();
         let x = start.clone().require_grad();
         let gradients = loss(x.clone()).backward();
-        let gradient: Vec<f32> = x
-            .grad(&gradients)
-            .unwrap()
-            .into_data()
-            .try_to_vec()
-            .unwrap();
+        let gradient: Vec<f32> = x.grad(&gradients).unwrap().into_data().try_to_vec().unwrap();
         // Along the gradient itself the difference is largest against rounding of f32.
         let direction = x.grad(&gradients).unwrap();
         let norm = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
         let h = 2e-2 / norm;
         let step = Tensor::from_inner(direction) * h;
         let slope = (value(start.clone() + step.clone()) - value(start - step)) / (2.0 * h);
-        assert!(
-            (slope / (norm * norm) - 1.0).abs() < 0.02,
-            "{slope} against {}",
-            norm * norm
-        );
+        assert!((slope / (norm * norm) - 1.0).abs() < 0.02, "{slope} against {}", norm * norm);
     }
 }

@@ -87,9 +87,7 @@ impl Monitor {
         dead: &[usize],
         progress: &Progress,
     ) {
-        let due = self
-            .reported
-            .is_none_or(|reported| reported.elapsed() >= POINT_INTERVAL);
+        let due = self.reported.is_none_or(|reported| reported.elapsed() >= POINT_INTERVAL);
         if !due && self.held_out_db.is_none() {
             return;
         }
@@ -110,9 +108,7 @@ impl Monitor {
             phase,
             learning_rate: report.learning_rate,
             gradient_norm: report.gradient_norm,
-            steps_per_second: self
-                .step_seconds
-                .map_or(0.0, |seconds| 1.0 / seconds.max(1e-9)),
+            steps_per_second: self.step_seconds.map_or(0.0, |seconds| 1.0 / seconds.max(1e-9)),
             multiply_adds: info.network.cost().multiply_adds,
             memory_bytes: memory::held(),
             skipped_steps: self.skipped,

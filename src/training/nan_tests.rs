@@ -16,12 +16,7 @@ use std::path::Path;
 use test_shoot::TestShoot;
 
 fn project(folder: &Path) -> (Project, Calibration) {
-    let shoot = TestShoot {
-        frames: 2,
-        lamps: 4,
-        working_size: 16,
-        ..TestShoot::default()
-    };
+    let shoot = TestShoot { frames: 2, lamps: 4, working_size: 16, ..TestShoot::default() };
     shoot.calibrate(folder, "film")
 }
 
@@ -86,11 +81,7 @@ fn a_step_that_is_not_finite_leaves_no_trace() {
     ] {
         let folder = tempfile::tempdir().unwrap();
         let (project, calibration) = project(folder.path());
-        let settings = settings(TrainingConfig {
-            normalization,
-            statistics,
-            ..quick()
-        });
+        let settings = settings(TrainingConfig { normalization, statistics, ..quick() });
         let trainer = || {
             let (device, silent) = (Device::flex(), Progress::silent());
             Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap()
@@ -139,28 +130,16 @@ fn gradients_that_overflow_are_not_taken_and_end_a_run_without_a_checkpoint() {
         epochs: 9,
         ..quick()
     });
-    let mut trainer = Trainer::new(
-        &project,
-        &calibration,
-        &settings,
-        &Device::flex(),
-        &Progress::silent(),
-    )
-    .unwrap();
+    let mut trainer =
+        Trainer::new(&project, &calibration, &settings, &Device::flex(), &Progress::silent())
+            .unwrap();
     let report = trainer.step(0.0);
     let losses = [report.reconstruction, report.rendering];
     assert!(losses.iter().flatten().all(|loss| loss.is_finite()));
-    assert!(
-        !report.gradient_norm.is_finite() && !report.taken,
-        "{report:?}"
-    );
-    let said = train(&project, &calibration, &settings, &Progress::silent())
-        .unwrap_err()
-        .to_string();
-    assert!(
-        said.contains("3 steps in a row had losses that are not finite"),
-        "{said}"
-    );
+    assert!(!report.gradient_norm.is_finite() && !report.taken, "{report:?}");
+    let said =
+        train(&project, &calibration, &settings, &Progress::silent()).unwrap_err().to_string();
+    assert!(said.contains("3 steps in a row had losses that are not finite"), "{said}");
     test_support::shown!(
         Network,
         "Gradients overflow step after step",
@@ -175,12 +154,7 @@ fn contents(project: &Project) -> BTreeMap<String, Vec<u8>> {
     let read = |path: &Path| std::fs::read(path).unwrap();
     entries
         .map(|entry| entry.unwrap())
-        .map(|entry| {
-            (
-                entry.file_name().into_string().unwrap(),
-                read(&entry.path()),
-            )
-        })
+        .map(|entry| (entry.file_name().into_string().unwrap(), read(&entry.path())))
         .collect()
 }
 
@@ -189,30 +163,18 @@ fn weights_that_are_not_finite_are_never_saved() {
     let folder = tempfile::tempdir().unwrap();
     let (project, calibration) = project(folder.path());
     let silent = Progress::silent();
-    let good = settings(TrainingConfig {
-        epochs: 1,
-        ..quick()
-    });
+    let good = settings(TrainingConfig { epochs: 1, ..quick() });
     let steps = train(&project, &calibration, &good, &silent).unwrap().steps;
     let before = contents(&project);
     // It saves after each step, or at the end alone.
     for (learning_rate, checkpoint_seconds) in [(1e30, 0.0), (1e30, 1e9), (f64::NAN, 0.0)] {
-        let wild = settings(TrainingConfig {
-            learning_rate,
-            checkpoint_seconds,
-            epochs: 2,
-            ..quick()
-        });
-        let said = train(&project, &calibration, &wild, &silent)
-            .unwrap_err()
-            .to_string();
+        let wild =
+            settings(TrainingConfig { learning_rate, checkpoint_seconds, epochs: 2, ..quick() });
+        let said = train(&project, &calibration, &wild, &silent).unwrap_err().to_string();
         assert!(said.contains("The last checkpoint is kept"), "{said}");
         assert!(contents(&project) == before);
     }
-    let gone_on = settings(TrainingConfig {
-        epochs: 2,
-        ..quick()
-    });
+    let gone_on = settings(TrainingConfig { epochs: 2, ..quick() });
     let report = train(&project, &calibration, &gone_on, &silent).unwrap();
     assert!(report.steps > steps && report.skipped_steps == 0);
     test_support::shown!(

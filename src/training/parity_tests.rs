@@ -29,15 +29,7 @@ fn a_whole_network_and_its_gradients_are_those_of_pytorch() {
         let folder = tempfile::tempdir().unwrap();
         let made = Command::new(&python)
             .arg(&script)
-            .args([
-                "reference",
-                "--size",
-                "32",
-                "--lamps",
-                "5",
-                "--most-channels",
-                "32",
-            ])
+            .args(["reference", "--size", "32", "--lamps", "5", "--most-channels", "32"])
             .args(["--normalization", name, "--out"])
             .arg(folder.path())
             .status()
@@ -71,9 +63,7 @@ fn compare_all(folder: &Path, config: &UNetConfig) {
     let network = || {
         let mut network = config.init(0.5, &device);
         let weights = folder.join("weights.safetensors");
-        network
-            .load_from(&mut SafetensorsStore::from_file(weights))
-            .unwrap();
+        network.load_from(&mut SafetensorsStore::from_file(weights)).unwrap();
         network
     };
     let read = |file: &str, name: &str| read(folder, file, name);
@@ -92,22 +82,12 @@ fn compare_all(folder: &Path, config: &UNetConfig) {
     agree(&what("prediction"), plain.into_data(), theirs, FORWARD);
     let statistics = Named::collect(&learner.valid(), GradientsParams::new());
     for (name, ours) in statistics {
-        agree(
-            &what(&name),
-            ours,
-            read("statistics.safetensors", &name),
-            FORWARD,
-        );
+        agree(&what(&name), ours, read("statistics.safetensors", &name), FORWARD);
     }
     let gradients = Named::collect(&learner, gradients);
     assert!(gradients.len() > 10);
     for (name, ours) in gradients {
-        agree(
-            &what(&name),
-            ours,
-            read("gradients.safetensors", &name),
-            GRADIENT,
-        );
+        agree(&what(&name), ours, read("gradients.safetensors", &name), GRADIENT);
     }
 
     let pooled_from = input.require_grad();
@@ -115,19 +95,9 @@ fn compare_all(folder: &Path, config: &UNetConfig) {
     let gradient = pooled.clone().square().mean().backward();
     let gradient = pooled_from.grad(&gradient).unwrap();
     let theirs = read("step.safetensors", "pooled");
-    agree(
-        &what("blur-pool"),
-        pooled.inner().into_data(),
-        theirs,
-        FORWARD,
-    );
+    agree(&what("blur-pool"), pooled.inner().into_data(), theirs, FORWARD);
     let theirs = read("step.safetensors", "pooled_gradient");
-    agree(
-        &what("blur-pool's gradient"),
-        gradient.into_data(),
-        theirs,
-        GRADIENT,
-    );
+    agree(&what("blur-pool's gradient"), gradient.into_data(), theirs, GRADIENT);
 
     let theirs = read("step.safetensors", "losses");
     let (mut learner, mut optimizer) = (network(), ModuleOptimizer::from(Adam::default()));
@@ -139,31 +109,19 @@ fn compare_all(folder: &Path, config: &UNetConfig) {
         learner = optimizer.step(LEARNING_RATE, learner, gradients);
     }
     let count = losses.len();
-    agree(
-        &what("losses"),
-        TensorData::new(losses, [count]),
-        theirs,
-        GRADIENT,
-    );
+    agree(&what("losses"), TensorData::new(losses, [count]), theirs, GRADIENT);
 }
 
 /// Asserts that the largest difference is at most `bound` of the largest value.
 fn agree(what: &str, ours: TensorData, theirs: TensorData, bound: f64) {
     let [ours, theirs] = [ours, theirs].map(|data| data.try_into_vec::<f32>().unwrap());
     assert_eq!(ours.len(), theirs.len(), "{what}");
-    let most = ours
-        .iter()
-        .zip(&theirs)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f32::max);
+    let most = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     let largest = theirs.iter().fold(0.0f32, |m, v| m.max(v.abs()));
     // The gradient of a bias that normalisation removes is rounding only.
     if largest > 1e-8 {
         let share = f64::from(most / largest);
-        assert!(
-            share <= bound,
-            "{what} differs by {share:.1e} of the largest"
-        );
+        assert!(share <= bound, "{what} differs by {share:.1e} of the largest");
     }
 }
 
@@ -176,11 +134,7 @@ struct Named {
 
 impl Named {
     fn collect(network: &UNet, gradients: GradientsParams) -> Vec<(String, TensorData)> {
-        let mut named = Self {
-            gradients,
-            path: Vec::new(),
-            found: Vec::new(),
-        };
+        let mut named = Self { gradients, path: Vec::new(), found: Vec::new() };
         network.visit(&mut named);
         named.found
     }

@@ -37,9 +37,7 @@ impl PosePrediction {
     /// the exposure that the sample's are encoded at.
     pub fn new(network: &UNet, info: &CheckpointInfo, sample: &TrainingSample, gain: f32) -> Self {
         let plain = |x: &Tensor<4>| x.clone().inner();
-        let UNetConfig {
-            lamps, formulation, ..
-        } = info.network;
+        let UNetConfig { lamps, formulation, .. } = info.network;
         let [plate, mask] = [&sample.plate.encoded, &sample.plate.mask].map(plain);
         let [_, _, h, w] = mask.dims();
         let outputs = network.forward(plate * mask.clone());
@@ -102,9 +100,7 @@ impl PosePrediction {
     pub fn dead_lamps(&self) -> Option<Vec<usize>> {
         let [lamps, ..] = self.truth.dims();
         let mean = |x: Tensor<4>| {
-            let sums = (x * self.mask.clone())
-                .reshape([lamps as i32, -1])
-                .sum_dim(1);
+            let sums = (x * self.mask.clone()).reshape([lamps as i32, -1]).sum_dim(1);
             read((sums / (self.mask.clone().sum().reshape([1, 1]) * 3.0)).reshape([lamps]))
         };
         let slopes = mean(self.outputs.clone() * (self.outputs.clone().neg() + 1.0))?;
@@ -163,9 +159,8 @@ mod tests {
             let (x, y) = (i % side, i / side % side);
             (i / (side * side) + x / 2 + y / 2) % 2 == 1
         };
-        let values: Vec<f32> = (0..6 * side * side)
-            .map(|i| if lit(i) { white } else { 0.0 })
-            .collect();
+        let values: Vec<f32> =
+            (0..6 * side * side).map(|i| if lit(i) { white } else { 0.0 }).collect();
         let picture =
             Tensor::<1>::from_floats(values.as_slice(), &device).reshape([2, 3, side, side]);
         let mut mask = vec![1.0f32; side * side];
@@ -177,17 +172,12 @@ mod tests {
             mask: Tensor::<1>::from_floats(mask.as_slice(), &device).reshape([1, 1, side, side]),
         };
         assert_eq!(prediction.picture_size(), [PICTURE_PX; 2]);
-        let (predicted, truth) = (
-            prediction.predicted_bytes().unwrap(),
-            prediction.truth_bytes().unwrap(),
-        );
+        let (predicted, truth) =
+            (prediction.predicted_bytes().unwrap(), prediction.truth_bytes().unwrap());
         assert_eq!(predicted.len(), 2 * PICTURE_PX * PICTURE_PX * 3);
         for (i, (&p, &t)) in predicted.iter().zip(&truth).enumerate() {
             let (c, x) = (i % 3, i / 3 % PICTURE_PX);
-            let (y, l) = (
-                i / 3 / PICTURE_PX % PICTURE_PX,
-                i / 3 / PICTURE_PX / PICTURE_PX,
-            );
+            let (y, l) = (i / 3 / PICTURE_PX % PICTURE_PX, i / 3 / PICTURE_PX / PICTURE_PX);
             let lit = y > 0 && (3 * l + c + x + y) % 2 == 1;
             assert_eq!((p, t), if lit { (255, 128) } else { (0, 0) }, "{i}");
         }

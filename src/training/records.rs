@@ -28,9 +28,7 @@ impl Records {
         let folder = project.checkpoint_path();
         let there = folder.join("checkpoint.toml").exists();
         let present = there.then(|| checkpoint::info(&folder).map_err(&mut sentence).ok());
-        let history = History::read(&project.result_path(""))
-            .map_err(&mut sentence)
-            .ok();
+        let history = History::read(&project.result_path("")).map_err(&mut sentence).ok();
         Self {
             history: history.unwrap_or_default(),
             present: present.flatten(),

@@ -129,8 +129,7 @@ impl<'a> Run<'a> {
         self.trainer.check_weights()?;
         self.progress.retry(|| self.trainer.save(self.project))?;
         self.progress.retry(|| self.logs.flush())?;
-        self.progress
-            .say(format!("Paused after step {}", self.trainer.info.step));
+        self.progress.say(format!("Paused after step {}", self.trainer.info.step));
         self.progress.wait_while_paused();
         self.saved = Instant::now();
         Ok(())
@@ -148,21 +147,14 @@ impl<'a> Run<'a> {
         let (config, progress) = (&self.settings.config, self.progress);
         progress.retry(|| self.logs.steps.step(&self.trainer.info, &report))?;
         self.monitor.step(&report, seconds);
-        self.monitor
-            .estimate(&self.trainer, config.minutes, progress);
+        self.monitor.estimate(&self.trainer, config.minutes, progress);
         self.note(&report)?;
         let step = self.trainer.info.step;
-        progress.step(
-            "training",
-            (done * 1000.0) as u64,
-            1000,
-            self.losses.note(step),
-        );
+        progress.step("training", (done * 1000.0) as u64, 1000, self.losses.note(step));
         if step.is_multiple_of(CHECK_STEPS) {
             self.check()?;
         }
-        self.monitor
-            .report(&self.trainer, &report, &self.dead.confirmed, progress);
+        self.monitor.report(&self.trainer, &report, &self.dead.confirmed, progress);
         self.monitor.show(&self.trainer, false, progress);
         if self.saved.elapsed().as_secs_f64() >= config.checkpoint_seconds {
             self.save()?;
@@ -202,8 +194,7 @@ impl<'a> Run<'a> {
         let dead = self.trainer.dead_lamps(exemplar).unwrap_or_default();
         if self.dead.update(dead) {
             let lamps = &self.project.settings.shoot.lamps;
-            self.progress
-                .advise(self.dead.warning(lamps), "--fresh --set learning-rate=3e-4");
+            self.progress.advise(self.dead.warning(lamps), "--fresh --set learning-rate=3e-4");
         }
         Ok(())
     }
@@ -243,8 +234,7 @@ impl<'a> Run<'a> {
         self.save()?;
         let (progress, info) = (self.progress, self.trainer.info());
         if let Some(report) = self.last {
-            self.monitor
-                .report(&self.trainer, &report, &self.dead.confirmed, progress);
+            self.monitor.report(&self.trainer, &report, &self.dead.confirmed, progress);
             self.monitor.show(&self.trainer, true, progress);
         }
         progress.step("training", 1000, 1000, self.losses.note(info.step));
@@ -286,10 +276,7 @@ impl Logs {
     fn open(project: &Project, held_out: bool, fresh: bool) -> Result<Self> {
         // A run that holds out no pose forgets the scores of one that did.
         let log = Log::held_out(project, fresh)?;
-        Ok(Self {
-            steps: Log::steps(project, fresh)?,
-            held_out: held_out.then_some(log),
-        })
+        Ok(Self { steps: Log::steps(project, fresh)?, held_out: held_out.then_some(log) })
     }
 
     fn flush(&mut self) -> Result<()> {
@@ -319,10 +306,7 @@ impl DeadLamps {
     }
 
     fn names(&self, lamps: &[String]) -> Vec<String> {
-        self.confirmed
-            .iter()
-            .map(|&lamp| lamps[lamp].clone())
-            .collect()
+        self.confirmed.iter().map(|&lamp| lamps[lamp].clone()).collect()
     }
 
     fn warning(&self, lamps: &[String]) -> String {

@@ -51,10 +51,7 @@ impl Schedule {
     /// Steps of the whole run.
     pub fn steps(&self) -> u64 {
         let round = u64::from(self.exemplar_epochs + self.video_epochs);
-        let (rounds, rest) = (
-            u64::from(self.epochs) / round,
-            u64::from(self.epochs) % round,
-        );
+        let (rounds, rest) = (u64::from(self.epochs) / round, u64::from(self.epochs) % round);
         let exemplar = rest.min(u64::from(self.exemplar_epochs));
         rounds * self.round_steps()
             + exemplar * self.poses as u64
@@ -63,14 +60,7 @@ impl Schedule {
 
     /// The fewest epochs that have so many steps; 1 for none.
     pub fn epochs_of(&self, steps: u64) -> u32 {
-        let has = |epochs| {
-            Self {
-                epochs,
-                ..self.clone()
-            }
-            .steps()
-                >= steps
-        };
+        let has = |epochs| Self { epochs, ..self.clone() }.steps() >= steps;
         let (mut low, mut high) = (1, u32::MAX);
         while low < high {
             let middle = low + (high - low) / 2;
@@ -95,14 +85,10 @@ impl Schedule {
             }
         } else {
             let per_epoch = self.frames_per_epoch as u64;
-            let (epoch, place) = (
-                (within - exemplar_steps) / per_epoch,
-                (within - exemplar_steps) % per_epoch,
-            );
+            let (epoch, place) =
+                ((within - exemplar_steps) / per_epoch, (within - exemplar_steps) % per_epoch);
             let epoch = round * epochs + u64::from(self.exemplar_epochs) + epoch;
-            SampleSource::Frame {
-                frame: self.shuffled(epoch, self.frames)[place as usize],
-            }
+            SampleSource::Frame { frame: self.shuffled(epoch, self.frames)[place as usize] }
         }
     }
 
@@ -115,10 +101,7 @@ impl Schedule {
     /// The shift in pixels, at most `most` on each axis, by which step `step` moves its exemplar.
     pub fn shift(&self, step: u64, most: i64) -> (i64, i64) {
         let mut rng = draw(self.seed, step, 1);
-        (
-            rng.random_range(-most..=most),
-            rng.random_range(-most..=most),
-        )
+        (rng.random_range(-most..=most), rng.random_range(-most..=most))
     }
 
     /// Which of `count` variants of an exemplar step `step` shows.
@@ -176,28 +159,18 @@ mod tests {
         let schedule = Schedule::new(&Preset::Paper.config(), 6, 100, 1);
         assert_eq!(schedule.steps(), 10 * (100 * 6 + 4 * 100));
         for step in 0..600 {
-            assert!(matches!(
-                schedule.source(step),
-                SampleSource::Exemplar { .. }
-            ));
+            assert!(matches!(schedule.source(step), SampleSource::Exemplar { .. }));
         }
         for step in 600..1000 {
             assert!(matches!(schedule.source(step), SampleSource::Frame { .. }));
         }
-        assert!(matches!(
-            schedule.source(1000),
-            SampleSource::Exemplar { .. }
-        ));
+        assert!(matches!(schedule.source(1000), SampleSource::Exemplar { .. }));
     }
 
     #[test]
     fn every_epoch_visits_each_picture_once_in_its_own_order() {
         let schedule = Schedule::new(&Preset::Paper.config(), 6, 40, 7);
-        let epoch = |e: u64| {
-            (0..6)
-                .map(|i| schedule.source(e * 6 + i))
-                .collect::<Vec<_>>()
-        };
+        let epoch = |e: u64| (0..6).map(|i| schedule.source(e * 6 + i)).collect::<Vec<_>>();
         let mut orders = std::collections::HashSet::new();
         for e in 0..20 {
             let samples = epoch(e);

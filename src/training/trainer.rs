@@ -170,9 +170,7 @@ impl Trainer {
             SampleSource::Frame { frame } => (self.data.frames[frame].clone(), None, [0, 0]),
         };
         let network = &self.info.network;
-        let lamps = self
-            .schedule
-            .lamps(step, self.config.lamps_per_step, network.lamps);
+        let lamps = self.schedule.lamps(step, self.config.lamps_per_step, network.lamps);
         let renders = olats.is_none() || step.is_multiple_of(self.config.rendering_every);
         let first = self.config.rendering;
         let last = self.config.rendering_end.unwrap_or(first);
@@ -238,14 +236,9 @@ impl Trainer {
             && rendering.is_none_or(f32::is_finite)
             && reconstruction.is_none_or(f32::is_finite);
         if taken {
-            self.live = self
-                .optimizer
-                .step(learning_rate, self.live.clone(), gradients);
+            self.live = self.optimizer.step(learning_rate, self.live.clone(), gradients);
             // Early on the average follows fast, so that it forgets the start.
-            let keep = self
-                .config
-                .averaging
-                .min((step + 1) as f32 / (step + 10) as f32);
+            let keep = self.config.averaging.min((step + 1) as f32 / (step + 10) as f32);
             self.average = if self.config.averaging > 0.0 {
                 average::blend(self.average.clone(), &self.live, keep)
             } else {
@@ -256,13 +249,7 @@ impl Trainer {
             self.live.set_running_statistics(statistics);
         }
         self.info.step += 1;
-        StepReport {
-            reconstruction,
-            rendering,
-            gradient_norm,
-            learning_rate,
-            taken,
-        }
+        StepReport { reconstruction, rendering, gradient_norm, learning_rate, taken }
     }
 
     /// What pictures are compared by, in words.
@@ -282,18 +269,10 @@ impl Trainer {
         let prediction =
             PosePrediction::new(&self.average, &self.info, sample, self.data.olat_gain);
         let decibels = prediction.decibels()?;
-        if self
-            .info
-            .held_out
-            .is_none_or(|best| best.decibels < decibels)
-        {
+        if self.info.held_out.is_none_or(|best| best.decibels < decibels) {
             // A clone would share its running statistics with the average, which goes on.
             self.best = Some(self.average.valid());
-            self.info.held_out = Some(HeldOut {
-                pose,
-                step: self.info.step,
-                decibels,
-            });
+            self.info.held_out = Some(HeldOut { pose, step: self.info.step, decibels });
         }
         Some(decibels)
     }
@@ -335,10 +314,7 @@ impl Trainer {
             return Ok(());
         }
         Err(Error::invalid(
-            format!(
-                "training stopped: weights are NaN or infinite after step {}",
-                self.info.step
-            ),
+            format!("training stopped: weights are NaN or infinite after step {}", self.info.step),
             (
                 "The last checkpoint is kept. Continue from it at a lower learning rate, such as 3e-4",
                 "--set learning-rate=3e-4",
@@ -358,12 +334,7 @@ impl Trainer {
             live_weights: checkpoint::weight_bytes(&self.live)?,
             optimizer,
         };
-        checkpoint::save(
-            &project.checkpoint_path(),
-            &self.info,
-            self.network(),
-            &state,
-        )
+        checkpoint::save(&project.checkpoint_path(), &self.info, self.network(), &state)
     }
 }
 
@@ -401,13 +372,8 @@ impl Start {
         hold_out: Option<usize>,
         device: &Device,
     ) -> Result<Self> {
-        let Resumed {
-            mut info,
-            best,
-            average,
-            live,
-            optimizer: moments,
-        } = checkpoint::load_training(folder, device)?;
+        let Resumed { mut info, best, average, live, optimizer: moments } =
+            checkpoint::load_training(folder, device)?;
         info.training_frames.extend(&data.frame_numbers);
         info.training_frames.sort_unstable();
         info.training_frames.dedup();
@@ -419,21 +385,10 @@ impl Start {
         let optimizer = match moments {
             None => optimizer,
             Some(moments) => optimizer.from_bytes(moments).map_err(|e| {
-                Error::codec(
-                    "read the optimiser's state in",
-                    folder,
-                    e,
-                    ("Start over", "--fresh"),
-                )
+                Error::codec("read the optimiser's state in", folder, e, ("Start over", "--fresh"))
             })?,
         };
-        Ok(Self {
-            best: info.held_out.is_some().then_some(best),
-            info,
-            live,
-            average,
-            optimizer,
-        })
+        Ok(Self { best: info.held_out.is_some().then_some(best), info, live, average, optimizer })
     }
 }
 
@@ -450,9 +405,6 @@ fn check_resumable(folder: &Path, project: &Project, network: &UNetConfig) -> Re
             folder.display(),
             info.network.differences(network)
         ),
-        (
-            "Continue with the settings that it was started with, or start over",
-            "--fresh",
-        ),
+        ("Continue with the settings that it was started with, or start over", "--fresh"),
     ))
 }

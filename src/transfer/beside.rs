@@ -42,11 +42,7 @@ pub struct Beside {
 
 impl Beside {
     pub fn of(project: &Project, response: Response) -> Self {
-        Self {
-            project: project.clone(),
-            response,
-            kept: Mutex::default(),
-        }
+        Self { project: project.clone(), response, kept: Mutex::default() }
     }
 
     /// A frame carried over with what the frames before and after it say: the same alone and in a sequence. A frame that cannot
@@ -102,11 +98,7 @@ impl Transfer {
         let target = Target::new(&frame.frame, self);
         let offsets = target.steadied(frame, beside);
         let poses = self.poses.par_iter().zip(offsets);
-        target.blended(
-            poses
-                .map(|(pose, offsets)| target.said(pose, offsets))
-                .collect(),
-        )
+        target.blended(poses.map(|(pose, offsets)| target.said(pose, offsets)).collect())
     }
 }
 
@@ -119,25 +111,20 @@ impl Target<'_> {
         let same_size = |other: &&Arc<Matched>| other.frame.plate.size() == self.plate.size();
         for other in beside.iter().filter(same_size) {
             let motion = self.moved(self.offsets(&self.contrast, &other.contrast));
-            let unlike = self.unlike(
-                &motion.pulled(&other.plate),
-                &motion.pulled(&other.frame.mask),
-            );
+            let unlike =
+                self.unlike(&motion.pulled(&other.plate), &motion.pulled(&other.frame.mask));
             let mut sorted: Vec<f32> = (self.pixels.iter()).map(|&p| unlike.pixels[p]).collect();
             sorted.sort_unstable_by(f32::total_cmp);
             // A pose that jumps says nothing of the pose before.
             let whole = gaussian(quantile(&sorted, 0.5), NEXT);
-            let shares: Vec<f32> = (unlike.pixels.iter())
-                .map(|unlike| whole * gaussian(*unlike, BESIDE))
-                .collect();
-            sums.par_iter_mut()
-                .zip(&other.offsets)
-                .for_each(|(sums, offsets)| {
-                    let through = motion.then(offsets);
-                    for ((sum, offset), share) in sums.iter_mut().zip(through).zip(&shares) {
-                        *sum = [sum[0] + share * offset[0], sum[1] + share * offset[1]];
-                    }
-                });
+            let shares: Vec<f32> =
+                (unlike.pixels.iter()).map(|unlike| whole * gaussian(*unlike, BESIDE)).collect();
+            sums.par_iter_mut().zip(&other.offsets).for_each(|(sums, offsets)| {
+                let through = motion.then(offsets);
+                for ((sum, offset), share) in sums.iter_mut().zip(through).zip(&shares) {
+                    *sum = [sum[0] + share * offset[0], sum[1] + share * offset[1]];
+                }
+            });
             (weights.iter_mut().zip(&shares)).for_each(|(weight, share)| *weight += share);
         }
         for sums in &mut sums {

@@ -23,11 +23,7 @@ impl Target<'_> {
         let weights = by_channel(lamps, &self.transfer.weights);
         let values = 3 * stride;
         let nearest: Vec<f32> = (0..count)
-            .map(|l| {
-                said.iter()
-                    .map(|one| one.turned.nearest[l])
-                    .fold(f32::INFINITY, f32::min)
-            })
+            .map(|l| said.iter().map(|one| one.turned.nearest[l]).fold(f32::INFINITY, f32::min))
             .collect();
         let near: Vec<Vec<f32>> = (said.iter())
             .map(|one| {
@@ -114,15 +110,14 @@ impl Target<'_> {
             sum / (3 * self.pixels.len()).max(1) as f32
         };
         let mut planes = vec![0.0; 3 * count * width * height];
-        planes
-            .par_chunks_exact_mut((width * height).max(1))
-            .enumerate()
-            .for_each(|(plane, out)| {
+        planes.par_chunks_exact_mut((width * height).max(1)).enumerate().for_each(
+            |(plane, out)| {
                 let at = plane % 3 * stride + plane / 3;
                 for (i, &p) in self.pixels.iter().enumerate() {
                     out[p] = olats[i * values + at];
                 }
-            });
+            },
+        );
         let mut spread = Raster::filled(width, height, 0.0);
         for (&p, value) in self.pixels.iter().zip(&spreads) {
             spread.pixels[p] = *value;
@@ -135,18 +130,10 @@ impl Target<'_> {
             let of = one.unlike.pixels.iter().zip(&self.matte.pixels);
             of.map(|(unlike, inside)| inside * unlike * unlike).sum()
         };
-        let pose = said
-            .iter()
-            .min_by(|a, b| miss(a).total_cmp(&miss(b)))
-            .map(|one| one.number);
+        let pose = said.iter().min_by(|a, b| miss(a).total_cmp(&miss(b))).map(|one| one.number);
         let unlike = Raster::from_fn(width, height, least);
         Carried {
-            field: ReflectanceField {
-                width,
-                height,
-                lamps: count,
-                values: planes,
-            },
+            field: ReflectanceField { width, height, lamps: count, values: planes },
             places: self.places(said, near, &unlike),
             unlike,
             pose,
@@ -160,8 +147,7 @@ impl Target<'_> {
         let (count, stride) = (self.transfer.lamps.len(), self.transfer.lamps.stride);
         for lamp in 0..count {
             let sum: f32 = near.iter().map(|near| near[lamp]).sum();
-            near.iter_mut()
-                .for_each(|near| near[lamp] /= sum.max(f32::MIN_POSITIVE));
+            near.iter_mut().for_each(|near| near[lamp] /= sum.max(f32::MIN_POSITIVE));
         }
         // Light is summed before it is pulled over, so an exemplar has one share in all lamps of a pixel.
         let means: Vec<f32> = near
@@ -169,10 +155,7 @@ impl Target<'_> {
             .map(|near| near[..count].iter().sum::<f32>() / count.max(1) as f32)
             .collect();
         let sum = |p: usize| -> f32 {
-            said.iter()
-                .zip(&means)
-                .map(|(one, mean)| mean * one.like.pixels[p])
-                .sum()
+            said.iter().zip(&means).map(|(one, mean)| mean * one.like.pixels[p]).sum()
         };
         let mut scale = vec![0.0; unlike.pixels.len()];
         for &p in &self.pixels {
@@ -181,25 +164,12 @@ impl Target<'_> {
         }
         let place = |(one, near): (Said, Vec<f32>)| {
             let mut share = one.like;
-            share
-                .pixels
-                .iter_mut()
-                .zip(&scale)
-                .for_each(|(share, scale)| *share *= scale);
+            share.pixels.iter_mut().zip(&scale).for_each(|(share, scale)| *share *= scale);
             let mut lamps = one.turned.weights;
             for lamps in lamps.chunks_exact_mut(stride.max(1)) {
-                lamps
-                    .iter_mut()
-                    .zip(&near)
-                    .for_each(|(lamp, near)| *lamp *= near);
+                lamps.iter_mut().zip(&near).for_each(|(lamp, near)| *lamp *= near);
             }
-            Place {
-                pose: one.number,
-                offsets: one.offsets,
-                share,
-                lamps,
-                stride,
-            }
+            Place { pose: one.number, offsets: one.offsets, share, lamps, stride }
         };
         said.into_iter().zip(near).map(place).collect()
     }

@@ -31,36 +31,28 @@ fn convolved(picture: &Raster<f32>, row: &[f32], column: &[f32]) -> Raster<f32> 
     let (width, height) = picture.size();
     let radius = row.len() / 2;
     let mut rows = vec![0.0; width * height];
-    rows.par_chunks_exact_mut(width)
-        .zip(picture.pixels.par_chunks_exact(width))
-        .for_each(|(out, pixels)| {
-            let padded: Vec<f32> = (0..width + 2 * radius)
-                .map(|i| pixels[mirrored(i, radius, width)])
-                .collect();
+    rows.par_chunks_exact_mut(width).zip(picture.pixels.par_chunks_exact(width)).for_each(
+        |(out, pixels)| {
+            let padded: Vec<f32> =
+                (0..width + 2 * radius).map(|i| pixels[mirrored(i, radius, width)]).collect();
             for (k, weight) in row.iter().enumerate() {
                 for (out, value) in out.iter_mut().zip(&padded[k..]) {
                     *out += weight * value;
                 }
             }
-        });
+        },
+    );
     let radius = column.len() / 2;
     let mut pixels = vec![0.0; width * height];
-    pixels
-        .par_chunks_exact_mut(width)
-        .enumerate()
-        .for_each(|(y, out)| {
-            for (k, weight) in column.iter().enumerate() {
-                let above = &rows[mirrored(y + k, radius, height) * width..][..width];
-                for (out, value) in out.iter_mut().zip(above) {
-                    *out += weight * value;
-                }
+    pixels.par_chunks_exact_mut(width).enumerate().for_each(|(y, out)| {
+        for (k, weight) in column.iter().enumerate() {
+            let above = &rows[mirrored(y + k, radius, height) * width..][..width];
+            for (out, value) in out.iter_mut().zip(above) {
+                *out += weight * value;
             }
-        });
-    Raster {
-        width,
-        height,
-        pixels,
-    }
+        }
+    });
+    Raster { width, height, pixels }
 }
 
 /// Weights of a Gaussian, which sum to 1.
@@ -90,10 +82,7 @@ mod tests {
     fn an_even_picture_stays_as_it_is() {
         for (width, height, deviation) in [(1, 1, 3.0), (7, 1, 20.0), (16, 9, 2.0), (40, 30, 5.0)] {
             let blurred = blur(&Raster::filled(width, height, 0.5), deviation);
-            assert!(
-                blurred.pixels.iter().all(|v| (v - 0.5).abs() < 1e-5),
-                "{width} × {height}"
-            );
+            assert!(blurred.pixels.iter().all(|v| (v - 0.5).abs() < 1e-5), "{width} × {height}");
         }
     }
 
@@ -111,9 +100,6 @@ mod tests {
 
     #[test]
     fn borders_are_mirrored() {
-        assert_eq!(
-            (0..7).map(|i| mirrored(i, 2, 3)).collect::<Vec<_>>(),
-            [2, 1, 0, 1, 2, 1, 0]
-        );
+        assert_eq!((0..7).map(|i| mirrored(i, 2, 3)).collect::<Vec<_>>(), [2, 1, 0, 1, 2, 1, 0]);
     }
 }

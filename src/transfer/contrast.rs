@@ -22,12 +22,7 @@ pub fn local_contrast(light: &Raster<f32>, inside: &Mask, bright: f32, radius: f
     let mean = over(&blur(&times(&log, inside), radius), &share);
     let rest = times(
         &Raster {
-            pixels: log
-                .pixels
-                .iter()
-                .zip(&mean.pixels)
-                .map(|(l, m)| l - m)
-                .collect(),
+            pixels: log.pixels.iter().zip(&mean.pixels).map(|(l, m)| l - m).collect(),
             ..log
         },
         inside,
@@ -36,10 +31,7 @@ pub fn local_contrast(light: &Raster<f32>, inside: &Mask, bright: f32, radius: f
     let code = |(rest, variance): (&f32, &f32)| {
         (MEAN + DEVIATION * rest / (variance + 1e-3).sqrt()).clamp(0.0, 255.0)
     };
-    Raster {
-        pixels: rest.pixels.iter().zip(&variance.pixels).map(code).collect(),
-        ..rest
-    }
+    Raster { pixels: rest.pixels.iter().zip(&variance.pixels).map(code).collect(), ..rest }
 }
 
 fn times(a: &Raster<f32>, b: &Raster<f32>) -> Raster<f32> {
@@ -68,9 +60,8 @@ mod tests {
         let texture = Raster::from_fn(size, size, |x, y| {
             0.4 + 0.2 * ((x as f32).sin() * (y as f32 * 0.7).cos())
         });
-        let shaded = Raster::from_fn(size, size, |x, y| {
-            texture.at(x, y) * (0.1 + x as f32 / size as f32)
-        });
+        let shaded =
+            Raster::from_fn(size, size, |x, y| texture.at(x, y) * (0.1 + x as f32 / size as f32));
         let inside = Raster::filled(size, size, 1.0);
         let [a, b] = [texture, shaded].map(|light| local_contrast(&light, &inside, 0.6, 6.0));
         for (x, y) in (8..56).flat_map(|y| (16..56).map(move |x| (x, y))) {

@@ -90,10 +90,7 @@ impl ExemplarDetail {
             let fitting = (MOST_BYTES as f32 / bytes.max(1) as f32).sqrt().min(1.0);
             let side = (side as f32 * fitting) as usize;
             if side as f32 >= LEAST_SCALE * working as f32 {
-                poses.insert(
-                    pose,
-                    PoseDetail::read(&reader, calibration, (side, working))?,
-                );
+                poses.insert(pose, PoseDetail::read(&reader, calibration, (side, working))?);
             }
         }
         Ok((!poses.is_empty()).then_some(Self { poses }))
@@ -109,12 +106,7 @@ impl ExemplarDetail {
 impl PoseDetail {
     /// One without lamps.
     fn new(side: usize, pixels: Vec<u32>) -> Self {
-        Self {
-            side,
-            pixels,
-            codes: Vec::new(),
-            scales: Vec::new(),
-        }
+        Self { side, pixels, codes: Vec::new(), scales: Vec::new() }
     }
 
     fn read(
@@ -123,10 +115,8 @@ impl PoseDetail {
         (side, working): (usize, usize),
     ) -> Result<Self> {
         let mask = reader.mask_at(side)?;
-        let pixels: Vec<u32> = (0..side * side)
-            .filter(|&p| mask.pixels[p] > SOLID)
-            .map(|p| p as u32)
-            .collect();
+        let pixels: Vec<u32> =
+            (0..side * side).filter(|&p| mask.pixels[p] > SOLID).map(|p| p as u32).collect();
         let small_mask = resize_area(&mask, working, working);
         let light = calibration.interview_light();
         let learnt = calibration.rig.lamps.len();
@@ -136,17 +126,11 @@ impl PoseDetail {
         for some in lamps.chunks(2 * rayon::current_num_threads()) {
             let read = some.par_iter().map(|&lamp| reader.read_at(lamp, side));
             for (&lamp, olat) in some.iter().zip(read.collect::<Result<Vec<_>>>()?) {
-                lit.pixels
-                    .par_iter_mut()
-                    .zip(&olat.pixels)
-                    .with_min_len(4096)
-                    .for_each(|(sum, olat)| {
-                        (0..3).for_each(|c| sum[c] += light[lamp][c] * olat[c])
-                    });
+                lit.pixels.par_iter_mut().zip(&olat.pixels).with_min_len(4096).for_each(
+                    |(sum, olat)| (0..3).for_each(|c| sum[c] += light[lamp][c] * olat[c]),
+                );
                 if lamp < learnt {
-                    let solid = pixels
-                        .iter()
-                        .map(|&p| olat.pixels[p as usize].map(f16::from_f32));
+                    let solid = pixels.iter().map(|&p| olat.pixels[p as usize].map(f16::from_f32));
                     let mut small = resize_area(&olat, working, working);
                     extend_edges(&mut small, &small_mask);
                     for (pixel, &alpha) in small.pixels.iter_mut().zip(&small_mask.pixels) {
@@ -156,11 +140,7 @@ impl PoseDetail {
                 }
             }
         }
-        let square = PlateSquare {
-            x: 0.0,
-            y: 0.0,
-            side: side as f32,
-        };
+        let square = PlateSquare { x: 0.0, y: 0.0, side: side as f32 };
         let plate = Plate::new(lit, mask, square, &small_mask)?;
         let mut detail = Self::new(side, pixels);
         for (small, olat) in olats {
@@ -192,13 +172,10 @@ impl PoseDetail {
             *sizes.select_nth_unstable_by(at, f32::total_cmp).1
         };
         let code = |value: &f32| {
-            let root = (value.abs() / largest.max(f32::MIN_POSITIVE))
-                .sqrt()
-                .min(1.0);
+            let root = (value.abs() / largest.max(f32::MIN_POSITIVE)).sqrt().min(1.0);
             (value.signum() * 127.0 * root).round() as i8
         };
-        self.codes
-            .par_extend(values.par_iter().with_min_len(4096).map(code));
+        self.codes.par_extend(values.par_iter().with_min_len(4096).map(code));
         self.scales.push(largest / (127.0 * 127.0));
     }
 
@@ -206,11 +183,7 @@ impl PoseDetail {
     fn lit(&self, weights: &[[f32; 3]]) -> Image {
         let mut picture = Image::filled(self.side, self.side, [0.0; 3]);
         let values = 3 * self.pixels.len();
-        let lamps = self
-            .codes
-            .chunks_exact(values.max(1))
-            .zip(&self.scales)
-            .zip(weights);
+        let lamps = self.codes.chunks_exact(values.max(1)).zip(&self.scales).zip(weights);
         let lamps: Vec<(&[i8], [f32; 3])> = lamps
             .map(|((codes, scale), weight)| (codes, weight.map(|w| w * scale)))
             .filter(|(_, weight)| *weight != [0.0; 3])
@@ -263,11 +236,7 @@ impl FineField {
 
     /// The light at the plate's size.
     pub fn fine_light(self, plate: &Plate) -> impl FineLight + use<> {
-        FineFrame {
-            of: self,
-            square: plate.square(),
-            size: plate.size(),
-        }
+        FineFrame { of: self, square: plate.square(), size: plate.size() }
     }
 }
 
@@ -283,40 +252,37 @@ impl FineLight for FineFrame {
             .places
             .iter()
             .filter_map(|place| Some((place, exemplars.poses.get(&place.pose)?)));
-        let lit: Vec<(&Place, Image)> = known
-            .map(|(place, pose)| (place, pose.lit(&place.turned(weights))))
-            .collect();
+        let lit: Vec<(&Place, Image)> =
+            known.map(|(place, pose)| (place, pose.lit(&place.turned(weights)))).collect();
         let (width, height) = self.size;
         let step = self.of.working as f32 / self.square.side;
         let at = |i: usize, from: f32| (i as f32 + 0.5 - from) * step - 0.5;
         let within = -0.5..self.of.working as f32 - 0.5;
         let mut ratio = Image::filled(width, height, [0.0; 3]);
         let rows = ratio.pixels.par_chunks_mut(width.max(1)).enumerate();
-        rows.filter(|(y, _)| within.contains(&at(*y, self.square.y)))
-            .for_each(|(y, row)| {
-                for (x, out) in row.iter_mut().enumerate() {
-                    let here = [at(x, self.square.x), at(y, self.square.y)];
-                    if !within.contains(&here[0]) {
+        rows.filter(|(y, _)| within.contains(&at(*y, self.square.y))).for_each(|(y, row)| {
+            for (x, out) in row.iter_mut().enumerate() {
+                let here = [at(x, self.square.x), at(y, self.square.y)];
+                if !within.contains(&here[0]) {
+                    continue;
+                }
+                let near = around(here, (self.of.working, self.of.working));
+                for (place, lit) in &lit {
+                    let share: f32 = near.iter().map(|&(q, w)| w * place.share.pixels[q]).sum();
+                    if share < 1e-3 {
                         continue;
                     }
-                    let near = around(here, (self.of.working, self.of.working));
-                    for (place, lit) in &lit {
-                        let share: f32 = near.iter().map(|&(q, w)| w * place.share.pixels[q]).sum();
-                        if share < 1e-3 {
-                            continue;
-                        }
-                        let scale = lit.width as f32 / self.of.working as f32;
-                        let there: [f32; 2] = std::array::from_fn(|c| {
-                            let offset: f32 =
-                                near.iter().map(|&(q, w)| w * place.offsets[q][c]).sum();
-                            (here[c] + offset + 0.5) * scale - 0.5
-                        });
-                        for (q, w) in around(there, lit.size()) {
-                            (0..3).for_each(|c| out[c] += share * w * lit.pixels[q][c]);
-                        }
+                    let scale = lit.width as f32 / self.of.working as f32;
+                    let there: [f32; 2] = std::array::from_fn(|c| {
+                        let offset: f32 = near.iter().map(|&(q, w)| w * place.offsets[q][c]).sum();
+                        (here[c] + offset + 0.5) * scale - 0.5
+                    });
+                    for (q, w) in around(there, lit.size()) {
+                        (0..3).for_each(|c| out[c] += share * w * lit.pixels[q][c]);
                     }
                 }
-            });
+            }
+        });
         Some(ratio)
     }
 
@@ -334,9 +300,7 @@ mod tests {
         let pixels: Vec<u32> = (0..64).collect();
         let mut detail = PoseDetail::new(8, pixels);
         let lamp = |k: usize| -> Vec<f32> {
-            (0..192)
-                .map(|i| ((i * (k + 3)) % 41) as f32 / 41.0 - 0.5)
-                .collect()
+            (0..192).map(|i| ((i * (k + 3)) % 41) as f32 / 41.0 - 0.5).collect()
         };
         (0..2).for_each(|k| detail.push(&lamp(k)));
         let lit = detail.lit(&[[2.0, 0.0, 0.5], [0.0, -1.0, 0.5]]);
@@ -345,13 +309,7 @@ mod tests {
             let exact = weights[0] * lamp(0)[i] + weights[1] * lamp(1)[i];
             assert!((value - exact).abs() < 0.02, "{value} is not {exact}");
         }
-        assert!(
-            detail
-                .lit(&[[0.0; 3]; 2])
-                .pixels
-                .iter()
-                .all(|pixel| *pixel == [0.0; 3])
-        );
+        assert!(detail.lit(&[[0.0; 3]; 2]).pixels.iter().all(|pixel| *pixel == [0.0; 3]));
     }
 
     #[test]
@@ -360,13 +318,7 @@ mod tests {
             let values = vec![0.0; 3 * pixels.len()];
             let mut detail = PoseDetail::new(3, pixels);
             detail.push(&values);
-            assert!(
-                detail
-                    .lit(&[[1.0; 3]])
-                    .pixels
-                    .iter()
-                    .all(|pixel| *pixel == [0.0; 3])
-            );
+            assert!(detail.lit(&[[1.0; 3]]).pixels.iter().all(|pixel| *pixel == [0.0; 3]));
         }
     }
 
@@ -375,9 +327,7 @@ mod tests {
         let pixels: Vec<u32> = (0..4).collect();
         let mut detail = PoseDetail::new(2, pixels);
         let (nan, infinite) = (f32::NAN, f32::INFINITY);
-        detail.push(&[
-            nan, infinite, -infinite, 0.5, -0.5, 0.25, nan, nan, nan, 0.5, 0.5, 0.5,
-        ]);
+        detail.push(&[nan, infinite, -infinite, 0.5, -0.5, 0.25, nan, nan, nan, 0.5, 0.5, 0.5]);
         let lit = detail.lit(&[[1.0; 3]]);
         assert_eq!(lit.pixels[0], [0.0, 0.5, -0.5]);
         assert!(lit.pixels.iter().flatten().all(|v| v.is_finite()));

@@ -66,10 +66,8 @@ pub fn flow(
 ) -> Vec<[f32; 2]> {
     let (width, height) = from.size();
     let count = width * height;
-    let alike = to.size() == from.size()
-        && [from, to]
-            .iter()
-            .all(|picture| picture.pixels.len() == count);
+    let alike =
+        to.size() == from.size() && [from, to].iter().all(|picture| picture.pixels.len() == count);
     if !alike || width.min(height) < PATCH {
         return vec![[0.0; 2]; count];
     }
@@ -80,23 +78,11 @@ pub fn flow(
     let start = start.filter(|start| start.len() == count).map(|start| {
         let reach = width.max(height) as f32;
         let offset = |v: f32| {
-            if v.is_nan() {
-                0.0
-            } else {
-                v.clamp(-reach, reach)
-            }
+            if v.is_nan() { 0.0 } else { v.clamp(-reach, reach) }
         };
         [0, 1].map(|c| {
             let pixels = start.iter().map(|o| offset(o[c])).collect();
-            pyramid(
-                Raster {
-                    width,
-                    height,
-                    pixels,
-                },
-                coarsest,
-                0.5,
-            )
+            pyramid(Raster { width, height, pixels }, coarsest, 0.5)
         })
     });
     let start = |scale: usize| start.as_ref().map(|[x, y]| [&x[scale], &y[scale]]);
@@ -116,21 +102,13 @@ pub fn flow(
     for picture in from[..finest].iter().rev() {
         field = field.map(|plane| doubled(&plane, picture.size()));
     }
-    field[0]
-        .pixels
-        .iter()
-        .zip(&field[1].pixels)
-        .map(|(x, y)| [*x, *y])
-        .collect()
+    field[0].pixels.iter().zip(&field[1].pixels).map(|(x, y)| [*x, *y]).collect()
 }
 
 /// Halvings at which a patch is a quarter of the picture, and no more than the picture holds a
 /// patch.
 fn coarsest_scale(width: usize, height: usize) -> usize {
-    let quarter = (width.max(height) as f32 / (4 * PATCH) as f32)
-        .log2()
-        .round()
-        .max(0.0) as usize;
+    let quarter = (width.max(height) as f32 / (4 * PATCH) as f32).log2().round().max(0.0) as usize;
     quarter.min((width.min(height) / PATCH).ilog2() as usize)
 }
 
@@ -183,12 +161,8 @@ mod tests {
 
     #[test]
     fn a_smooth_warp_is_found() {
-        let warp = |x: f32, y: f32| {
-            [
-                4.0 * (0.03 * y).sin() + 1.0,
-                3.0 * (0.025 * x + 0.01 * y).cos(),
-            ]
-        };
+        let warp =
+            |x: f32, y: f32| [4.0 * (0.03 * y).sin() + 1.0, 3.0 * (0.025 * x + 0.01 * y).cos()];
         let error = error((160, 128), None, warp);
         assert!(error < 0.15, "{error}");
     }
@@ -204,30 +178,24 @@ mod tests {
     fn even_pictures_stay_in_place() {
         let picture = Raster::filled(50, 33, 77.0);
         assert!(
-            flow(&picture, &picture, None, &FlowSettings::default())
-                .iter()
-                .all(|o| *o == [0.0; 2])
+            flow(&picture, &picture, None, &FlowSettings::default()).iter().all(|o| *o == [0.0; 2])
         );
     }
 
     #[test]
     fn offsets_are_finite_for_any_pictures() {
-        let settings = FlowSettings {
-            finest_scale: 1,
-            stride: 0,
-            ..FlowSettings::default()
-        };
+        let settings = FlowSettings { finest_scale: 1, stride: 0, ..FlowSettings::default() };
         for size in [(0, 0), (1, 1), (3, 200), (8, 8), (9, 21), (33, 70)] {
             let from = Raster::from_fn(size.0, size.1, |x, y| {
-                if (x + y) % 5 == 0 {
-                    f32::NAN
-                } else {
-                    (x * y) as f32
-                }
+                if (x + y) % 5 == 0 { f32::NAN } else { (x * y) as f32 }
             });
-            let to = Raster::from_fn(size.0, size.1, |x, _| {
-                if x % 3 == 0 { f32::INFINITY } else { -9.0 }
-            });
+            let to = Raster::from_fn(
+                size.0,
+                size.1,
+                |x, _| {
+                    if x % 3 == 0 { f32::INFINITY } else { -9.0 }
+                },
+            );
             let start = vec![[f32::NAN, f32::NEG_INFINITY]; size.0 * size.1];
             for settings in [&settings, &FlowSettings::default()] {
                 let offsets = flow(&from, &to, Some(&start), settings);
@@ -236,12 +204,7 @@ mod tests {
             }
         }
         assert_eq!(
-            flow(
-                &Raster::filled(9, 9, 1.0),
-                &Raster::filled(8, 9, 1.0),
-                None,
-                &settings
-            ),
+            flow(&Raster::filled(9, 9, 1.0), &Raster::filled(8, 9, 1.0), None, &settings),
             [[0.0; 2]; 81]
         );
     }

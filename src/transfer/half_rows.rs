@@ -46,23 +46,18 @@ impl HalfRows {
         let scale = (pixels.par_iter().map_init(Vec::new, largest)).reduce(|| 0.0, f32::max);
         let scale = scale.max(f32::MIN_POSITIVE);
         let mut values = vec![f16::ZERO; (pixels.len() + 1) * length];
-        values[length..]
-            .par_chunks_exact_mut(length.max(1))
-            .zip(&pixels)
-            .for_each_init(Vec::new, |out, (row, &p)| {
+        values[length..].par_chunks_exact_mut(length.max(1)).zip(&pixels).for_each_init(
+            Vec::new,
+            |out, (row, &p)| {
                 filled(out, p);
                 for v in &mut *out {
                     let share = *v / scale;
                     *v = if share > 0.0 { share.min(1.0) } else { 0.0 };
                 }
                 row.convert_from_f32_slice(out);
-            });
-        Self {
-            length,
-            rows,
-            values,
-            scale,
-        }
+            },
+        );
+        Self { length, rows, values, scale }
     }
 
     /// Bytes in memory.
@@ -102,25 +97,17 @@ mod tests {
         let mask = Mask::from_fn(7, 5, |x, y| f32::from(u8::from(x == 3 && y == 2)));
         let value = |p: usize, i: usize| 1e4 * (1 + p) as f32 / (1 + i) as f32;
         let rows = HalfRows::new(&mask, 100, |p, out| {
-            out.iter_mut()
-                .enumerate()
-                .for_each(|(i, v)| *v = value(p, i));
+            out.iter_mut().enumerate().for_each(|(i, v)| *v = value(p, i));
         });
         let mut out = vec![1.0; 100];
         let at = |x: usize, y: usize| y * 7 + x;
         let (a, b) = (at(3, 2), at(4, 3));
-        rows.pull(
-            [(a, 0.25), (b, 0.75), (at(0, 0), 0.0), (at(6, 4), 0.0)],
-            &mut out,
-        );
+        rows.pull([(a, 0.25), (b, 0.75), (at(0, 0), 0.0), (at(6, 4), 0.0)], &mut out);
         for (i, found) in out.iter().enumerate() {
             let expected = 0.25 * value(a, i) + 0.75 * value(b, i);
             assert!((found / expected - 1.0).abs() < 1e-3, "{i}: {found}");
         }
-        rows.pull(
-            [(at(0, 0), 0.5), (at(6, 4), 0.5), (0, 0.0), (0, 0.0)],
-            &mut out,
-        );
+        rows.pull([(at(0, 0), 0.5), (at(6, 4), 0.5), (0, 0.0), (0, 0.0)], &mut out);
         assert!(out.iter().all(|v| *v == 0.0));
         // Nine rows of the subject, and one of zeros.
         assert_eq!(rows.bytes(), 4 * 35 + 2 * 10 * 100);

@@ -54,9 +54,7 @@ impl TurnedLamps {
         let out = out.as_chunks_mut::<LANES>().0;
         for (n, out) in out.iter_mut().enumerate() {
             let mut sums = [0.0; LANES];
-            for (value, weights) in values
-                .iter()
-                .zip(self.weights.chunks_exact(self.ambient.len()))
+            for (value, weights) in values.iter().zip(self.weights.chunks_exact(self.ambient.len()))
             {
                 let weights = &weights.as_chunks::<LANES>().0[n];
                 for (sum, weight) in sums.iter_mut().zip(weights) {
@@ -72,11 +70,7 @@ impl Lamps {
     /// Directions and energies of a rig.
     pub fn new(rig: &Rig) -> Self {
         let energy = |lamp: &Lamp| {
-            if lamp.is_usable() {
-                lamp.energy
-            } else {
-                [1.0; 3]
-            }
+            if lamp.is_usable() { lamp.energy } else { [1.0; 3] }
         };
         Self {
             directions: rig
@@ -122,9 +116,8 @@ impl Lamps {
                 continue;
             };
             let angle = |direction: &Option<Vec3>| {
-                direction.map_or(f32::INFINITY, |d| {
-                    d.dot(toward).clamp(-1.0, 1.0).acos().to_degrees()
-                })
+                direction
+                    .map_or(f32::INFINITY, |d| d.dot(toward).clamp(-1.0, 1.0).acos().to_degrees())
             };
             let angles: Vec<f32> = self.directions.iter().map(angle).collect();
             let nearest = angles.iter().copied().fold(f32::INFINITY, f32::min);
@@ -163,9 +156,7 @@ mod tests {
             confidence: 1.0,
             clipped: 0.0,
         };
-        Rig {
-            lamps: (0..12).map(lamp).collect(),
-        }
+        Rig { lamps: (0..12).map(lamp).collect() }
     }
 
     /// The pose's lamp that has most of a frame's lamp, with its weight.

@@ -42,10 +42,7 @@ impl Match {
     pub fn pulled(&self, picture: &Raster<f32>) -> Raster<f32> {
         let (width, height) = self.size;
         Raster::from_fn(width, height, |x, y| {
-            self.place((x, y))
-                .iter()
-                .map(|&(p, w)| w * picture.pixels[p])
-                .sum()
+            self.place((x, y)).iter().map(|&(p, w)| w * picture.pixels[p]).sum()
         })
     }
 
@@ -70,10 +67,7 @@ mod tests {
     #[test]
     fn a_place_lies_between_four_pixels() {
         for (place, at) in [([1.25, 0.0], 1.25), ([-3.0, 2.0], 8.0), ([9.0, 9.0], 15.0)] {
-            let sum: f32 = around(place, (4, 4))
-                .iter()
-                .map(|&(q, w)| q as f32 * w)
-                .sum();
+            let sum: f32 = around(place, (4, 4)).iter().map(|&(q, w)| q as f32 * w).sum();
             assert_eq!(sum, at);
         }
     }

@@ -26,10 +26,7 @@ impl Place {
             }
             sum
         };
-        self.lamps
-            .chunks_exact(self.stride.max(1))
-            .map(turned)
-            .collect()
+        self.lamps.chunks_exact(self.stride.max(1)).map(turned).collect()
     }
 
     /// The memory that it takes.

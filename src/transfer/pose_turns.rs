@@ -81,10 +81,6 @@ mod tests {
         assert_eq!(turns.0.len(), 2);
         turns.leave_out(2);
         assert!(turns.scaled(&turn).abs_diff_eq(turn, 1e-6));
-        assert!(
-            turns
-                .scaled(&Mat3::IDENTITY)
-                .abs_diff_eq(Mat3::IDENTITY, 1e-6)
-        );
+        assert!(turns.scaled(&Mat3::IDENTITY).abs_diff_eq(Mat3::IDENTITY, 1e-6));
     }
 }

@@ -70,13 +70,7 @@ impl OlatPredictor {
     }
 
     fn new(transfer: Arc<Transfer>, network: Option<Predictor>, device: &Device) -> Self {
-        Self {
-            transfer,
-            network,
-            device: device.clone(),
-            detail: None,
-            beside: None,
-        }
+        Self { transfer, network, device: device.clone(), detail: None, beside: None }
     }
 
     /// The same exemplars corrected by another network, or by none.
@@ -101,30 +95,20 @@ impl OlatPredictor {
     /// The same with exemplars that may still be read.
     #[must_use]
     pub fn sharing(self, detail: SharedDetail) -> Self {
-        Self {
-            detail: Some(detail),
-            ..self
-        }
+        Self { detail: Some(detail), ..self }
     }
 
     /// The same for frames of the interview, whose places in the exemplars follow the motion from frame to frame.
     #[must_use]
     pub fn steady(self, project: &Project, calibration: &Calibration) -> Self {
         let beside = Beside::of(project, calibration.response);
-        Self {
-            beside: Some(Arc::new(beside)),
-            ..self
-        }
+        Self { beside: Some(Arc::new(beside)), ..self }
     }
 
     /// The same without one exemplar, by its number in the project.
     #[must_use]
     pub fn without(self, pose: usize) -> Self {
-        Self {
-            transfer: Arc::new(self.transfer.without(pose)),
-            beside: None,
-            ..self
-        }
+        Self { transfer: Arc::new(self.transfer.without(pose)), beside: None, ..self }
     }
 
     /// The project's network; None before any training.
@@ -193,8 +177,7 @@ impl OlatPredictor {
     /// # Errors
     /// When the device fails.
     pub fn predict_without(&self, frame: &Frame, pose: usize) -> Result<ReflectanceField> {
-        self.corrected(self.transfer.without(pose).carry(frame), frame)?
-            .read()
+        self.corrected(self.transfer.without(pose).carry(frame), frame)?.read()
     }
 
     fn corrected(&self, carried: Carried, frame: &Frame) -> Result<DeviceField> {

@@ -49,10 +49,8 @@ impl Target<'_> {
         let (mut roots, lit) = self.predicted(pose, &turned, &found);
         let [turned, _] = turned;
         let stride = lamps.stride;
-        for ((roots, lit), &p) in roots
-            .chunks_exact_mut((3 * stride).max(1))
-            .zip(&lit)
-            .zip(&self.pixels)
+        for ((roots, lit), &p) in
+            roots.chunks_exact_mut((3 * stride).max(1)).zip(&lit).zip(&self.pixels)
         {
             for (c, roots) in roots.chunks_exact_mut(stride).enumerate() {
                 let scale = (self.frame.plate.pixels[p][c].max(0.0) / lit[c].max(self.dark)).sqrt();
@@ -71,9 +69,7 @@ impl Target<'_> {
         let like = Raster {
             width,
             height,
-            pixels: (unlike.pixels.iter().zip(&coverage.pixels))
-                .map(like)
-                .collect(),
+            pixels: (unlike.pixels.iter().zip(&coverage.pixels)).map(like).collect(),
         };
         Said {
             number: pose.number,
@@ -96,10 +92,7 @@ impl Target<'_> {
     ) -> (Vec<f32>, Vec<[f32; 3]>) {
         let (lamps, weights) = (&self.transfer.lamps, &self.transfer.weights);
         let stride = lamps.stride;
-        let (energies, weights) = (
-            by_channel(lamps, &lamps.energies),
-            by_channel(lamps, weights),
-        );
+        let (energies, weights) = (by_channel(lamps, &lamps.energies), by_channel(lamps, weights));
         let mut roots = vec![0.0; self.pixels.len() * 3 * stride];
         let mut lit = vec![[0.0; 3]; self.pixels.len()];
         let width = found.size.0;

@@ -66,14 +66,8 @@ pub fn depth(normals: &[Vec3], inside: &Raster<bool>) -> Raster<f32> {
     let mut edges: Vec<[usize; 2]> = Vec::new();
     let mut right = vec![0.0f64; pixels.len()];
     for (i, &p) in pixels.iter().enumerate() {
-        for (axis, there) in [
-            (0, (p % width + 1 < width).then_some(p + 1)),
-            (1, Some(p + width)),
-        ] {
-            let Some(&j) = there
-                .and_then(|q| index.get(q))
-                .filter(|&&j| j != usize::MAX)
-            else {
+        for (axis, there) in [(0, (p % width + 1 < width).then_some(p + 1)), (1, Some(p + width))] {
+            let Some(&j) = there.and_then(|q| index.get(q)).filter(|&&j| j != usize::MAX) else {
                 continue;
             };
             let rise = 0.5 * f64::from(slope(p)[axis] + slope(pixels[j])[axis]);
@@ -150,11 +144,7 @@ mod tests {
 
     fn at(x: usize, y: usize) -> Vec3 {
         let half = SIZE as f32 / 2.0;
-        Vec3::new(
-            (x as f32 + 0.5 - half) / half,
-            (half - y as f32 - 0.5) / half,
-            0.0,
-        )
+        Vec3::new((x as f32 + 0.5 - half) / half, (half - y as f32 - 0.5) / half, 0.0)
     }
 
     #[test]
@@ -172,11 +162,8 @@ mod tests {
             .flat_map(|n| lamps.iter().map(|l| n.dot(*l).max(0.0)).collect::<Vec<_>>())
             .collect();
         let found = normals(&olats, &lamps);
-        for (p, (found, truth)) in found
-            .iter()
-            .zip(&truth)
-            .enumerate()
-            .filter(|(p, _)| inside.pixels[*p])
+        for (p, (found, truth)) in
+            found.iter().zip(&truth).enumerate().filter(|(p, _)| inside.pixels[*p])
         {
             assert!(found.dot(*truth) > 0.99, "{p}: {found} {truth}");
         }
@@ -185,19 +172,13 @@ mod tests {
         let height = |x: usize, y: usize| radius * (1.0 - at(x, y).length_squared()).sqrt();
         let offset = depth.at(24, 24) - height(24, 24);
         for (x, y) in [(10, 24), (24, 38), (16, 30), (33, 20)] {
-            assert!(
-                (depth.at(x, y) - height(x, y) - offset).abs() < 0.25,
-                "{x} {y}"
-            );
+            assert!((depth.at(x, y) - height(x, y) - offset).abs() < 0.25, "{x} {y}");
         }
     }
 
     #[test]
     fn black_pixels_and_empty_mattes_have_no_shape() {
-        assert_eq!(
-            normals(&[0.0; 8], &[Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X]),
-            [Vec3::ZERO; 2]
-        );
+        assert_eq!(normals(&[0.0; 8], &[Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X]), [Vec3::ZERO; 2]);
         assert!(normals(&[], &[]).is_empty());
         let flat = depth(&[Vec3::ZERO; 6], &Raster::filled(3, 2, true));
         assert!(flat.pixels.iter().all(|z| z.abs() < 1e-6));

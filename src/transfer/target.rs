@@ -59,9 +59,7 @@ impl<'a> Target<'a> {
         Self {
             contrast: matched_contrast(&plate, &matte, CONTRAST),
             same_light: matched_contrast(&plate, &matte, SAME_LIGHT),
-            pixels: (0..plate.pixels.len())
-                .filter(|&p| frame.mask.pixels[p] > 0.0)
-                .collect(),
+            pixels: (0..plate.pixels.len()).filter(|&p| frame.mask.pixels[p] > 0.0).collect(),
             dark: (DARK * bright).max(f32::MIN_POSITIVE),
             matte,
             head: head_share(&frame.mask),
@@ -82,10 +80,7 @@ impl<'a> Target<'a> {
         let (_, lit) = self.predicted(pose, &turned, &first);
         let relit = self.spread(&lit).map(luminance);
         let covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));
-        let more = self.offsets(
-            &self.same_light,
-            &matched_contrast(&relit, &covered, SAME_LIGHT),
-        );
+        let more = self.offsets(&self.same_light, &matched_contrast(&relit, &covered, SAME_LIGHT));
         self.moved(more).then(&first.offsets)
     }
 
@@ -103,22 +98,12 @@ impl<'a> Target<'a> {
             };
             blur(&resize(&plane, width, height), 1.0)
         };
-        axis(0)
-            .pixels
-            .into_iter()
-            .zip(axis(1).pixels)
-            .map(|(x, y)| [x, y])
-            .collect()
+        axis(0).pixels.into_iter().zip(axis(1).pixels).map(|(x, y)| [x, y]).collect()
     }
 
     /// Offsets without a turn of the head.
     pub fn moved(&self, offsets: Vec<[f32; 2]>) -> Match {
-        Match {
-            offsets,
-            size: self.plate.size(),
-            turn: Mat3::IDENTITY,
-            body: Mat3::IDENTITY,
-        }
+        Match { offsets, size: self.plate.size(), turn: Mat3::IDENTITY, body: Mat3::IDENTITY }
     }
 
     /// A match with its turn of the head.
@@ -176,13 +161,7 @@ impl<'a> Target<'a> {
     /// median, in a small window, and the share of a pixel that is not covered.
     pub fn unlike(&self, lit: &Raster<f32>, coverage: &Mask) -> Mask {
         let ratio = |(a, b): (&f32, &f32)| a.max(self.dark).ln() - b.max(self.dark).ln();
-        let ratio: Vec<f32> = self
-            .plate
-            .pixels
-            .iter()
-            .zip(&lit.pixels)
-            .map(ratio)
-            .collect();
+        let ratio: Vec<f32> = self.plate.pixels.iter().zip(&lit.pixels).map(ratio).collect();
         let mut within: Vec<f32> = ratio
             .iter()
             .zip(&self.inside.pixels)
@@ -198,30 +177,14 @@ impl<'a> Target<'a> {
             .map(|(r, inside)| ((r - median) * inside).powi(2))
             .collect();
         let radius = LIKENESS_BLUR * width.max(height) as f32;
-        let squares = blur(
-            &Raster {
-                width,
-                height,
-                pixels: squares,
-            },
-            radius,
-        );
+        let squares = blur(&Raster { width, height, pixels: squares }, radius);
         let share = blur(&self.matte, radius);
         let unlike = |((square, share), coverage): ((&f32, &f32), &f32)| {
             (square.max(0.0) / (share + 1e-3)).sqrt() + 1.0 - coverage
         };
-        let pixels = squares
-            .pixels
-            .iter()
-            .zip(&share.pixels)
-            .zip(&coverage.pixels)
-            .map(unlike)
-            .collect();
-        Raster {
-            width,
-            height,
-            pixels,
-        }
+        let pixels =
+            squares.pixels.iter().zip(&share.pixels).zip(&coverage.pixels).map(unlike).collect();
+        Raster { width, height, pixels }
     }
 }
 
@@ -229,21 +192,12 @@ impl<'a> Target<'a> {
 pub fn matched_contrast(light: &Raster<f32>, matte: &Mask, radius: f32) -> Raster<f32> {
     let (width, height) = light.size();
     let longer = width.max(height);
-    let contrast = local_contrast(
-        light,
-        matte,
-        bright_level(light, matte),
-        radius * longer as f32,
-    );
+    let contrast = local_contrast(light, matte, bright_level(light, matte), radius * longer as f32);
     if longer == 0 {
         return contrast;
     }
     let side = (longer + longer / 2).min(MOST_SIDE);
-    resize(
-        &contrast,
-        (width * side).div_ceil(longer),
-        (height * side).div_ceil(longer),
-    )
+    resize(&contrast, (width * side).div_ceil(longer), (height * side).div_ceil(longer))
 }
 
 /// The subject's bright level: a high quantile of its light.

@@ -93,27 +93,15 @@ impl Transfer {
                 "Import the shoot again",
             ));
         }
-        Ok(Self::new(
-            &poses,
-            &calibration.rig,
-            calibration.learnt_light(),
-        ))
+        Ok(Self::new(&poses, &calibration.rig, calibration.learnt_light()))
     }
 
     /// Prepares poses whose OLATs are those of `rig`. `weights`: the interview's light as a sum of these lamps, exposure
     /// included.
     pub fn new(plates: &[PlatePose], rig: &Rig, weights: Vec<[f32; 3]>) -> Self {
         let lamps = Lamps::new(rig);
-        let poses = plates
-            .par_iter()
-            .map(|pose| Arc::new(Pose::new(pose, &lamps)))
-            .collect();
-        let mut transfer = Self {
-            poses,
-            lamps,
-            weights,
-            turns: PoseTurns::default(),
-        };
+        let poses = plates.par_iter().map(|pose| Arc::new(Pose::new(pose, &lamps))).collect();
+        let mut transfer = Self { poses, lamps, weights, turns: PoseTurns::default() };
         transfer.turns = transfer.turns_between(plates);
         transfer
     }
@@ -153,11 +141,8 @@ impl Transfer {
     /// Turns between all poses, each matched with the others as a frame would be.
     fn turns_between(&self, plates: &[PlatePose]) -> PoseTurns {
         let turns_to = |(to, plate): (&Arc<Pose>, &PlatePose)| -> Vec<PoseTurn> {
-            let frame = Frame {
-                index: 0,
-                plate: plate.plate.clone(),
-                mask: plate.exemplar.mask.clone(),
-            };
+            let frame =
+                Frame { index: 0, plate: plate.plate.clone(), mask: plate.exemplar.mask.clone() };
             let target = Target::new(&frame, self);
             let turn = |from: &Arc<Pose>| {
                 let found = target.matched(from, target.found(from));
@@ -180,10 +165,7 @@ impl Transfer {
     pub fn apart(&self, frame: &Frame, other: &Frame) -> Mask {
         let [target, other] = [frame, other].map(|frame| Target::new(frame, self));
         let found = target.moved(target.offsets(&target.contrast, &other.contrast));
-        target.unlike(
-            &found.pulled(&other.plate),
-            &found.pulled(&other.frame.mask),
-        )
+        target.unlike(&found.pulled(&other.plate), &found.pulled(&other.frame.mask))
     }
 }
 
@@ -191,10 +173,7 @@ impl Pose {
     /// The normal at a place that a match found, not of unit length between pixels.
     #[inline(always)]
     pub fn normal(&self, places: [(usize, f32); 4]) -> Vec3 {
-        places
-            .iter()
-            .map(|&(p, share)| self.normals[p] * share)
-            .sum()
+        places.iter().map(|&(p, share)| self.normals[p] * share).sum()
     }
 
     fn new(pose: &PlatePose, lamps: &Lamps) -> Self {
@@ -217,11 +196,8 @@ impl Pose {
             })
             .collect();
         let directions: Vec<Vec3> = known.iter().map(|(_, direction)| *direction).collect();
-        let normals = if known.is_empty() {
-            vec![Vec3::ZERO; pixels]
-        } else {
-            normals(&even, &directions)
-        };
+        let normals =
+            if known.is_empty() { vec![Vec3::ZERO; pixels] } else { normals(&even, &directions) };
         let stride = lamps.stride;
         let bare = HalfRows::new(&exemplar.mask, 3 * stride, |p, bare| {
             for (m, (olat, direction)) in exemplar.olats.iter().zip(&lamps.directions).enumerate() {

@@ -54,12 +54,7 @@ fn fit(points: &[SeenPoint], weights: &[f32]) -> Option<[DVec4; 2]> {
     for (point, &weight) in points.iter().zip(weights) {
         let at = point.place.extend(1.0).as_dvec4();
         let weighted = at * f64::from(weight).powi(2);
-        a += DMat4::from_cols(
-            weighted * at.x,
-            weighted * at.y,
-            weighted * at.z,
-            weighted * at.w,
-        );
+        a += DMat4::from_cols(weighted * at.x, weighted * at.y, weighted * at.z, weighted * at.w);
         for (b, seen) in b.iter_mut().zip(point.seen) {
             *b += weighted * f64::from(seen);
         }
@@ -141,10 +136,7 @@ mod tests {
                 let place = Vec3::new(x, y, 12.0 - 0.05 * (x * x + y * y) + (i * 7 % 5) as f32);
                 let at = turn * place * scale + Vec3::new(3.0, -2.0, 0.0);
                 let off = if i % 11 < wrong { 25.0 } else { 0.0 };
-                SeenPoint {
-                    place,
-                    seen: [at.x + off, at.y],
-                }
+                SeenPoint { place, seen: [at.x + off, at.y] }
             })
             .collect()
     }
@@ -164,18 +156,9 @@ mod tests {
     fn points_that_decide_nothing_give_no_turn() {
         let flat: Vec<_> = points(Mat3::IDENTITY, 1.0, 0)
             .into_iter()
-            .map(|p| SeenPoint {
-                place: p.place.with_z(0.0),
-                ..p
-            })
+            .map(|p| SeenPoint { place: p.place.with_z(0.0), ..p })
             .collect();
-        let lost: Vec<_> = flat
-            .iter()
-            .map(|p| SeenPoint {
-                seen: [f32::NAN; 2],
-                ..*p
-            })
-            .collect();
+        let lost: Vec<_> = flat.iter().map(|p| SeenPoint { seen: [f32::NAN; 2], ..*p }).collect();
         for points in [&[], &flat[..], &lost[..]] {
             assert_eq!(head_turn(points), None);
         }
@@ -187,11 +170,7 @@ mod tests {
             .map(|i| {
                 let (x, y) = ((i % 20) as f32 / 14.0 - 0.68, (i / 20) as f32 / 14.0 - 0.68);
                 let before = Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt()).normalize();
-                let after = if i % 11 < wrong {
-                    before
-                } else {
-                    turn * before
-                };
+                let after = if i % 11 < wrong { before } else { turn * before };
                 [before, after]
             })
             .collect()
@@ -199,11 +178,7 @@ mod tests {
 
     #[test]
     fn normals_give_the_turn_among_wrong_ones() {
-        for vector in [
-            Vec3::ZERO,
-            Vec3::new(0.1, 0.5, 0.0),
-            Vec3::new(-0.4, 0.1, 0.2),
-        ] {
+        for vector in [Vec3::ZERO, Vec3::new(0.1, 0.5, 0.0), Vec3::new(-0.4, 0.1, 0.2)] {
             let found = turn_of_normals(&normals(vector_turn(vector), 2), Mat3::IDENTITY);
             let off = (turn_vector(&found) - vector).length().to_degrees();
             assert!(off < 1.5, "{off}°");

@@ -46,41 +46,24 @@ pub fn lens(origin: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
         let t = (centre.z - origin.z) / direction.z;
         let p = origin + direction * t - centre;
         let on_lens = p.truncate().length() < LENS_RADIUS;
-        on_lens.then(|| {
-            (
-                t,
-                Vec3::new(p.x / LENS_CURVE, p.y / LENS_CURVE, 1.0).normalize(),
-            )
-        })
+        on_lens.then(|| (t, Vec3::new(p.x / LENS_CURVE, p.y / LENS_CURVE, 1.0).normalize()))
     })
 }
 
 /// Hair to the shoulders: a shell about the skull behind the hairline, falling beside and behind the neck.
 pub fn hair(q: Vec3) -> f32 {
-    let bound = ellipsoid(
-        q - Vec3::new(0.0, 0.0, -0.03),
-        Vec3::new(0.125, 0.19, 0.135),
-    );
+    let bound = ellipsoid(q - Vec3::new(0.0, 0.0, -0.03), Vec3::new(0.125, 0.19, 0.135));
     if bound > 0.02 {
         return bound;
     }
     let strands = 0.0016 * noise(q * Vec3::new(420.0, 30.0, 420.0))
         + 0.004 * noise(q * Vec3::new(60.0, 14.0, 60.0));
-    let cap = ellipsoid(
-        q - Vec3::new(0.0, 0.036, -0.020),
-        Vec3::new(0.0890, 0.0965, 0.1085),
-    );
+    let cap = ellipsoid(q - Vec3::new(0.0, 0.036, -0.020), Vec3::new(0.0890, 0.0965, 0.1085));
     // From the middle of the brow over the temples to in front of the ears.
     let edge = (q.y - 0.045 - 0.75 * q.z + 2.0 * q.x * q.x) * 0.8;
     let cap = common(cap - strands, -edge, 0.006);
-    let fall = ellipsoid(
-        q - Vec3::new(0.0, -0.055, -0.045),
-        Vec3::new(0.098, 0.115, 0.062),
-    );
-    let face = ellipsoid(
-        q - Vec3::new(0.0, -0.05, 0.035),
-        Vec3::new(0.078, 0.16, 0.075),
-    );
+    let fall = ellipsoid(q - Vec3::new(0.0, -0.055, -0.045), Vec3::new(0.098, 0.115, 0.062));
+    let face = ellipsoid(q - Vec3::new(0.0, -0.05, 0.035), Vec3::new(0.078, 0.16, 0.075));
     join(cap, cut(fall - strands, face, 0.008), 0.012)
 }
 
@@ -95,10 +78,7 @@ pub fn hand(p: Vec3, raised: f32) -> f32 {
     if h.length() > 0.16 {
         return forearm.min(h.length() - 0.14);
     }
-    let palm = ellipsoid(
-        h - Vec3::new(0.0, 0.042, 0.0),
-        Vec3::new(0.036, 0.047, 0.0155),
-    );
+    let palm = ellipsoid(h - Vec3::new(0.0, 0.042, 0.0), Vec3::new(0.036, 0.047, 0.0155));
     let mut d = join(palm, forearm, 0.02);
     for (i, length) in [0.030, 0.036, 0.034, 0.026].into_iter().enumerate() {
         let x = 0.0255 - 0.017 * i as f32;
@@ -109,12 +89,7 @@ pub fn hand(p: Vec3, raised: f32) -> f32 {
             rod(h, knuckle, middle, 0.0085, 0.0078).min(rod(h, middle, tip, 0.0078, 0.0068));
         d = join(d, finger, 0.006);
     }
-    let thumb = rod(
-        h,
-        Vec3::new(-0.028, 0.025, 0.008),
-        Vec3::new(-0.048, 0.066, 0.016),
-        0.0115,
-        0.0085,
-    );
+    let thumb =
+        rod(h, Vec3::new(-0.028, 0.025, 0.008), Vec3::new(-0.048, 0.066, 0.016), 0.0115, 0.0085);
     join(d, thumb, 0.010)
 }

@@ -93,9 +93,7 @@ impl Surroundings<'_> {
             pixels
                 .par_iter()
                 .map(|p| match p.covered > 0.0 {
-                    true => self
-                        .light
-                        .irradiance(self.dome, p.normal.normalize_or_zero()),
+                    true => self.light.irradiance(self.dome, p.normal.normalize_or_zero()),
                     false => Vec3::ZERO,
                 })
                 .collect()
@@ -104,9 +102,7 @@ impl Surroundings<'_> {
         };
         Around {
             pixels,
-            banks: (self.dome.banks.iter().copied())
-                .zip(bank_solid_angles(self.dome))
-                .collect(),
+            banks: (self.dome.banks.iter().copied()).zip(bank_solid_angles(self.dome)).collect(),
             irradiance,
         }
     }
@@ -161,17 +157,14 @@ impl Around {
         move |i, mirrored| {
             let pixel = &self.pixels[i];
             let reflected = level * pixel.reflectance
-                - (slope.iter().zip(&pixel.moments))
-                    .map(|(s, m)| *s * *m)
-                    .sum::<Vec3>();
+                - (slope.iter().zip(&pixel.moments)).map(|(s, m)| *s * *m).sum::<Vec3>();
             let clean = Vec3::from(mirrored) + reflected + interview * pixel.interview;
             if pixel.dust == 0.0 {
                 return clean.to_array();
             }
             let normal = pixel.normal.normalize_or_zero();
-            let from_banks: Vec3 = (lit.iter())
-                .map(|(direction, flux)| normal.dot(*direction).max(0.0) * *flux)
-                .sum();
+            let from_banks: Vec3 =
+                (lit.iter()).map(|(direction, flux)| normal.dot(*direction).max(0.0) * *flux).sum();
             let received = from_banks + interview * self.irradiance[i];
             let dust = pixel.dust / pixel.covered.max(1e-6);
             ((1.0 - dust) * clean + pixel.dust * DUST_ALBEDO / PI * received).to_array()

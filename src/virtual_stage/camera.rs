@@ -24,9 +24,7 @@ pub fn ray(x: f32, y: f32, (width, height): (usize, usize), height_m: f32) -> Ve
 
 /// Vertical field of view in degrees.
 pub fn field_of_view_deg() -> f64 {
-    2.0 * (0.5 * f64::from(FRAME_HEIGHT_M) / f64::from(POSITION.z))
-        .atan()
-        .to_degrees()
+    2.0 * (0.5 * f64::from(FRAME_HEIGHT_M) / f64::from(POSITION.z)).atan().to_degrees()
 }
 
 /// A camera's sensor: noise, response and eight bits.
@@ -51,16 +49,9 @@ impl Sensor {
             };
             usual.into()
         });
-        let thresholds = (1..=255)
-            .map(|code| response.decode_value((code as f32 - 0.5) / 255.0))
-            .collect();
-        Self {
-            response,
-            thresholds,
-            seed,
-            noise: trouble.noise,
-            jpeg: trouble.jpeg,
-        }
+        let thresholds =
+            (1..=255).map(|code| response.decode_value((code as f32 - 0.5) / 255.0)).collect();
+        Self { response, thresholds, seed, noise: trouble.noise, jpeg: trouble.jpeg }
     }
 
     /// The 8-bit photograph of linear light. The noise (usually σ = 0.003·√L + 5·10⁻⁵) depends on the seed
@@ -114,9 +105,8 @@ fn gaussian(random: &mut ChaCha8Rng, spare: &mut Option<f32>) -> f32 {
 
 /// 64 bits of a name (FNV-1a).
 fn hash(name: &str) -> u64 {
-    name.bytes().fold(0xcbf2_9ce4_8422_2325, |h, b| {
-        (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3)
-    })
+    name.bytes()
+        .fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
 }
 
 #[cfg(test)]
@@ -131,10 +121,7 @@ mod tests {
         let decoded = sensor.response.nearest_dual_gamma().0.decode(&taken);
         for channel in 0..3 {
             let mean = decoded.pixels.iter().map(|p| p[channel]).sum::<f32>() / 4096.0;
-            assert!(
-                (mean - light.pixels[0][channel]).abs() < 5e-4,
-                "channel {channel}: {mean}"
-            );
+            assert!((mean - light.pixels[0][channel]).abs() < 5e-4, "channel {channel}: {mean}");
         }
         assert_eq!(taken, sensor.photograph(&light, "a").unwrap());
         assert_ne!(taken, sensor.photograph(&light, "b").unwrap());
@@ -147,10 +134,7 @@ mod tests {
         for i in 0..2000 {
             let level = (i as f32 / 2000.0).powi(3);
             let code = sensor.thresholds.partition_point(|&least| least <= level) as f32;
-            assert!(
-                (code - 255.0 * response.encode_value(level)).abs() < 0.501,
-                "{level}"
-            );
+            assert!((code - 255.0 * response.encode_value(level)).abs() < 0.501, "{level}");
         }
     }
 }

@@ -36,10 +36,8 @@ impl Dome {
     pub(super) fn with(banks: usize, lamps: usize) -> Self {
         let total = lamps.min(MAX_LAMPS).max(banks);
         let centres = spiral(banks);
-        let mut lamps: Vec<(usize, Vec3)> = spiral(total)
-            .into_iter()
-            .map(|lamp| (nearest(&centres, lamp), lamp))
-            .collect();
+        let mut lamps: Vec<(usize, Vec3)> =
+            spiral(total).into_iter().map(|lamp| (nearest(&centres, lamp), lamp)).collect();
         // A bank that got no lamp (few lamps per bank, an unlucky spiral) takes the nearest one.
         for (bank, &centre) in centres.iter().enumerate() {
             if lamps.iter().all(|&(b, _)| b != bank) {
@@ -54,21 +52,10 @@ impl Dome {
         }
         lamps.sort_by_key(|&(bank, _)| bank);
         let banks = (0..banks)
-            .map(|bank| {
-                lamps
-                    .iter()
-                    .filter(|l| l.0 == bank)
-                    .map(|l| l.1)
-                    .sum::<Vec3>()
-                    .normalize()
-            })
+            .map(|bank| lamps.iter().filter(|l| l.0 == bank).map(|l| l.1).sum::<Vec3>().normalize())
             .collect();
         let (bank_of_lamp, lamps) = lamps.into_iter().unzip();
-        Self {
-            lamps,
-            bank_of_lamp,
-            banks,
-        }
+        Self { lamps, bank_of_lamp, banks }
     }
 
     /// The share of the sphere that each lamp stands for, in steradians.
@@ -104,12 +91,7 @@ impl Dome {
         let (width, height) = environment.size();
         let owners: Vec<usize> = (0..width * height)
             .into_par_iter()
-            .map(|i| {
-                nearest(
-                    &self.lamps,
-                    texel_direction(i % width, i / width, width, height),
-                )
-            })
+            .map(|i| nearest(&self.lamps, texel_direction(i % width, i / width, width, height)))
             .collect();
         let mut sums = vec![[0.0f64; 4]; self.lamps.len()];
         for (i, &owner) in owners.iter().enumerate() {
@@ -189,11 +171,7 @@ mod tests {
         let dome = Dome::new(41);
         let weights = dome.interview_bank_weights();
         let sum = |f: &dyn Fn(Vec3) -> f32| -> f32 {
-            dome.banks
-                .iter()
-                .zip(&weights)
-                .map(|(&b, w)| w * f(b))
-                .sum()
+            dome.banks.iter().zip(&weights).map(|(&b, w)| w * f(b)).sum()
         };
         assert!(weights.iter().all(|&w| (0.0..=1.0).contains(&w)));
         assert!(sum(&|b| b.y) > 0.3 * sum(&|_| 1.0), "not from above");

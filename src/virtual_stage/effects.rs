@@ -62,19 +62,10 @@ impl Tally {
             of,
             skipped,
         };
-        let (pixels, covered, samples) = (
-            "pixels",
-            "pixels of the subject",
-            "pairs of a lit point and a lamp",
-        );
+        let (pixels, covered, samples) =
+            ("pixels", "pixels of the subject", "pairs of a lit point and a lamp");
         vec![
-            effect(
-                "primary hits",
-                self.covered,
-                self.pixels,
-                pixels,
-                "the ray misses the subject",
-            ),
+            effect("primary hits", self.covered, self.pixels, pixels, "the ray misses the subject"),
             effect(
                 "silhouette refinement",
                 self.silhouette,

@@ -26,21 +26,11 @@ mod tests {
     fn the_environments_are_light_with_a_wide_range() {
         assert_eq!(all().len(), 2);
         for (name, image) in all() {
-            assert!(
-                image
-                    .pixels
-                    .iter()
-                    .flatten()
-                    .all(|v| v.is_finite() && *v > 0.0),
-                "{name}"
-            );
+            assert!(image.pixels.iter().flatten().all(|v| v.is_finite() && *v > 0.0), "{name}");
             let mut levels: Vec<f32> = image.pixels.iter().map(|&p| luminance(p)).collect();
             levels.sort_by(f32::total_cmp);
             let (median, brightest) = (levels[levels.len() / 2], levels[levels.len() - 1]);
-            assert!(
-                brightest > 500.0 * median,
-                "{name}: {brightest} over {median}"
-            );
+            assert!(brightest > 500.0 * median, "{name}: {brightest} over {median}");
             // Half floats hold it.
             assert!(brightest < 65_504.0, "{name}: {brightest}");
         }

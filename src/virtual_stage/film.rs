@@ -35,11 +35,7 @@ pub fn film(
     let digits = settings.lamps.saturating_sub(1).to_string().len().max(2);
     let olat = |lamp: usize| format!("olat_{lamp:0digits$}.png");
     let frames = (0..settings.frames).map(|frame| at(format!("interview/frame_{frame:03}.png")));
-    encode(
-        &frames.collect::<Vec<_>>(),
-        &at("interview.mov".into()),
-        true,
-    )?;
+    encode(&frames.collect::<Vec<_>>(), &at("interview.mov".into()), true)?;
     for pose in 0..poses {
         let mut pictures = Vec::new();
         for lamp in 0..=settings.lamps {
@@ -50,16 +46,11 @@ pub fn film(
                 pictures.push(at(format!("exemplars/pose{pose:02}/{}", olat(lamp))));
             }
         }
-        encode(
-            &pictures,
-            &at(format!("exemplars/pose{pose:02}.mov")),
-            false,
-        )?;
+        encode(&pictures, &at(format!("exemplars/pose{pose:02}.mov")), false)?;
         remove(&at(format!("exemplars/pose{pose:02}")))?;
     }
-    let balls: Vec<PathBuf> = (0..settings.lamps)
-        .map(|lamp| at(format!("probes/{}", olat(lamp))))
-        .collect();
+    let balls: Vec<PathBuf> =
+        (0..settings.lamps).map(|lamp| at(format!("probes/{}", olat(lamp)))).collect();
     encode(&balls, &at("probes.mov".into()), false)?;
     for ball in &balls {
         std::fs::remove_file(ball).map_err(|e| refused("remove", ball, e))?;
@@ -114,28 +105,14 @@ fn encode(pictures: &[PathBuf], movie: &Path, with_sound: bool) -> Result<()> {
     }
     let tags = "scale=out_color_matrix=bt709:out_range=limited:flags=accurate_rnd+full_chroma_int,format=yuv444p10le,\
                 setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709:range=tv";
-    command.args([
-        "-vf",
-        tags,
-        "-c:v",
-        "prores_ks",
-        "-profile:v",
-        "4",
-        "-f",
-        "mov",
-    ]);
+    command.args(["-vf", tags, "-c:v", "prores_ks", "-profile:v", "4", "-f", "mov"]);
     let mut name = std::ffi::OsString::from("file:");
     name.push(movie);
-    let child = command
-        .arg(name)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .spawn();
+    let child = command.arg(name).stdin(Stdio::piped()).stdout(Stdio::null()).spawn();
     let mut child = child.map_err(|e| match e.kind() {
-        ErrorKind::NotFound => Error::missing(
-            "movies are written with ffmpeg, which was not found",
-            REMEDY,
-        ),
+        ErrorKind::NotFound => {
+            Error::missing("movies are written with ffmpeg, which was not found", REMEDY)
+        }
         _ => Error::io("start", "ffmpeg", e, REMEDY),
     })?;
     let fed = child.stdin.take().map_or(Ok(()), |mut stdin| {

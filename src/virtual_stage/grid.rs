@@ -74,28 +74,14 @@ impl Grid {
         };
         let (columns, rows) = (nodes[0], nodes[1]);
         let mut distance = vec![0; nodes.iter().product()];
-        distance
-            .par_chunks_mut(columns * rows)
-            .enumerate()
-            .for_each(|(z, layer)| {
-                for (i, value) in layer.iter_mut().enumerate() {
-                    let p = place(i % columns, i / columns, z);
-                    let rough = coarse.at(p - BOX_LOW);
-                    *value = store(if rough.abs() < REACH_M {
-                        subject.distance(p)
-                    } else {
-                        rough
-                    });
-                }
-            });
-        Self {
-            fine: Nodes {
-                count: nodes,
-                distance,
-                cells_per_m: 1.0 / CELL_M,
-            },
-            coarse,
-        }
+        distance.par_chunks_mut(columns * rows).enumerate().for_each(|(z, layer)| {
+            for (i, value) in layer.iter_mut().enumerate() {
+                let p = place(i % columns, i / columns, z);
+                let rough = coarse.at(p - BOX_LOW);
+                *value = store(if rough.abs() < REACH_M { subject.distance(p) } else { rough });
+            }
+        });
+        Self { fine: Nodes { count: nodes, distance, cells_per_m: 1.0 / CELL_M }, coarse }
     }
 
     /// Σ weight · distance of several grids. Weights that sum to 1 interpolate between moments of one movement.
@@ -104,9 +90,7 @@ impl Grid {
             let first = of(grids[0].0);
             let at = |i: usize| {
                 let terms = grids.iter();
-                terms
-                    .map(|(grid, weight)| weight * f32::from(of(grid).distance[i]))
-                    .sum::<f32>()
+                terms.map(|(grid, weight)| weight * f32::from(of(grid).distance[i])).sum::<f32>()
             };
             Nodes {
                 count: first.count,
@@ -117,10 +101,7 @@ impl Grid {
                 cells_per_m: first.cells_per_m,
             }
         };
-        Self {
-            fine: nodes(|grid| &grid.fine),
-            coarse: nodes(|grid| &grid.coarse),
-        }
+        Self { fine: nodes(|grid| &grid.fine), coarse: nodes(|grid| &grid.coarse) }
     }
 
     /// Signed distance at a place inside the box.
@@ -138,29 +119,15 @@ impl Grid {
         passages: &mut Vec<Passage>,
     ) {
         passages.clear();
-        passages.resize(
-            directions.len(),
-            Passage {
-                clearance: 1.0,
-                depth_m: 0.0,
-            },
-        );
+        passages.resize(directions.len(), Passage { clearance: 1.0, depth_m: 0.0 });
         let origin = start - BOX_LOW;
         // Each step of a ray depends on the one before, so several rays are traced at the same time.
         for (directions, passages) in directions.chunks(ABREAST).zip(passages.chunks_mut(ABREAST)) {
             let mut rays: [Ray; ABREAST] = std::array::from_fn(|i| match directions.get(i) {
-                Some(&direction) => Ray {
-                    direction,
-                    t: CELL_M,
-                    leave: leave_box(start, direction),
-                    far: false,
-                },
-                None => Ray {
-                    direction: Vec3::Z,
-                    t: 0.0,
-                    leave: 0.0,
-                    far: false,
-                },
+                Some(&direction) => {
+                    Ray { direction, t: CELL_M, leave: leave_box(start, direction), far: false }
+                }
+                None => Ray { direction: Vec3::Z, t: 0.0, leave: 0.0, far: false },
             });
             while rays.iter().any(|ray| ray.t < ray.leave) {
                 for (ray, passage) in rays.iter_mut().zip(passages.iter_mut()) {
@@ -236,11 +203,7 @@ fn store(distance_m: f32) -> i16 {
 }
 
 fn split(i: usize, nodes: [usize; 3]) -> (usize, usize, usize) {
-    (
-        i % nodes[0],
-        i / nodes[0] % nodes[1],
-        i / nodes[0] / nodes[1],
-    )
+    (i % nodes[0], i / nodes[0] % nodes[1], i / nodes[0] / nodes[1])
 }
 
 /// Distance along the ray to the far side of the box, for a start inside it.
@@ -248,18 +211,12 @@ fn leave_box(start: Vec3, direction: Vec3) -> f32 {
     let ahead = Vec3::select(direction.cmpge(Vec3::ZERO), BOX_HIGH, BOX_LOW);
     let t = (ahead - start) / direction;
     // A ray along a side gives 0/0 = NaN, which must not decide.
-    [t.x, t.y, t.z]
-        .into_iter()
-        .filter(|t| !t.is_nan())
-        .fold(f32::MAX, f32::min)
+    [t.x, t.y, t.z].into_iter().filter(|t| !t.is_nan()).fold(f32::MAX, f32::min)
 }
 
 /// Distances along the ray to where it enters and leaves the box, if it meets it.
 fn crossing(start: Vec3, direction: Vec3) -> Option<(f32, f32)> {
-    let (a, b) = (
-        (BOX_LOW - start) / direction,
-        (BOX_HIGH - start) / direction,
-    );
+    let (a, b) = ((BOX_LOW - start) / direction, (BOX_HIGH - start) / direction);
     let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
     (near < far).then_some((near, far))
 }
@@ -281,10 +238,7 @@ mod tests {
             if exact.abs() < 0.02 {
                 let baked = grid.distance(p);
                 // Creases finer than a cell are rounded by up to about half a cell.
-                assert!(
-                    (baked - exact).abs() < CELL_M,
-                    "{p}: {baked} instead of {exact}"
-                );
+                assert!((baked - exact).abs() < CELL_M, "{p}: {baked} instead of {exact}");
             }
         }
     }

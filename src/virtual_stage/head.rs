@@ -57,16 +57,9 @@ impl Head {
         // Both sides at once, folded over a small round so that no seam shows on the middle line.
         let s = Vec3::new(q.x.hypot(0.005), q.y, q.z);
         // If only the skull's bound is near, no detail can be the nearest.
-        let bound = ellipsoid(
-            q - Vec3::new(0.0, -0.01, 0.0),
-            Vec3::new(0.105, 0.14, 0.125),
-        );
+        let bound = ellipsoid(q - Vec3::new(0.0, -0.01, 0.0), Vec3::new(0.105, 0.14, 0.125));
         if bound > 0.02 {
-            return HeadDistances {
-                skin: bound,
-                eyes: bound,
-                teeth: bound,
-            };
+            return HeadDistances { skin: bound, eyes: bound, teeth: bound };
         }
         let mut skin = self.skull(q, s);
         skin = self.eye_region(skin, s);
@@ -76,23 +69,13 @@ impl Head {
         }
         skin = ear(skin, s);
         let teeth = self.teeth(q);
-        HeadDistances {
-            skin,
-            eyes: ball(s - EYE, EYE_RADIUS),
-            teeth,
-        }
+        HeadDistances { skin, eyes: ball(s - EYE, EYE_RADIUS), teeth }
     }
 
     fn skull(&self, q: Vec3, s: Vec3) -> f32 {
         let j = self.shut(s);
-        let cranium = ellipsoid(
-            q - Vec3::new(0.0, 0.034, -0.016),
-            Vec3::new(0.0735, 0.084, 0.096),
-        );
-        let face = ellipsoid(
-            q - Vec3::new(0.0, -0.022, 0.017),
-            Vec3::new(0.0600, 0.082, 0.0645),
-        );
+        let cranium = ellipsoid(q - Vec3::new(0.0, 0.034, -0.016), Vec3::new(0.0735, 0.084, 0.096));
+        let face = ellipsoid(q - Vec3::new(0.0, -0.022, 0.017), Vec3::new(0.0600, 0.082, 0.0645));
         let mut d = join(cranium, face, 0.03);
         let jaw = rod(
             j,
@@ -102,27 +85,14 @@ impl Head {
             0.0130,
         );
         d = join(d, jaw, 0.036);
-        d = join(
-            d,
-            ball(self.shut(q) - Vec3::new(0.0, -0.0965, 0.0650), 0.0125),
-            0.024,
-        );
+        d = join(d, ball(self.shut(q) - Vec3::new(0.0, -0.0965, 0.0650), 0.0125), 0.024);
         // Cheek bones, and the flesh of the cheeks, which a smile lifts.
-        let bone = ellipsoid(
-            s - Vec3::new(0.0410, -0.0215, 0.055),
-            Vec3::new(0.0205, 0.016, 0.0190),
-        );
+        let bone =
+            ellipsoid(s - Vec3::new(0.0410, -0.0215, 0.055), Vec3::new(0.0205, 0.016, 0.0190));
         d = join(d, bone, 0.024);
-        let flesh = Vec3::new(
-            0.0350,
-            -0.047 + 0.006 * self.smile,
-            0.0580 + 0.003 * self.smile,
-        );
+        let flesh = Vec3::new(0.0350, -0.047 + 0.006 * self.smile, 0.0580 + 0.003 * self.smile);
         d = join(d, ball(s - flesh, 0.0195), 0.030);
-        let muzzle = ellipsoid(
-            q - Vec3::new(0.0, -0.068, 0.063),
-            Vec3::new(0.0275, 0.022, 0.0205),
-        );
+        let muzzle = ellipsoid(q - Vec3::new(0.0, -0.068, 0.063), Vec3::new(0.0275, 0.022, 0.0205));
         join(d, muzzle, 0.022)
     }
 
@@ -138,18 +108,13 @@ impl Head {
             0.0058,
         );
         let mut d = join(skin, brow, 0.02);
-        let socket = ellipsoid(
-            s - Vec3::new(0.0315, 0.002, 0.0925),
-            Vec3::new(0.0205, 0.0165, 0.0195),
-        );
+        let socket =
+            ellipsoid(s - Vec3::new(0.0315, 0.002, 0.0925), Vec3::new(0.0205, 0.0165, 0.0195));
         d = cut(d, socket, 0.017);
         let e = s - EYE;
         // The lids are a shell about the eyeball, slit like an almond with its outer corner higher.
         let mut lids = ball(e, EYE_RADIUS + 0.0019);
-        let bag = ball(
-            s - EYE - Vec3::new(0.0, -0.0045, -0.0015),
-            EYE_RADIUS + 0.0006,
-        );
+        let bag = ball(s - EYE - Vec3::new(0.0, -0.0045, -0.0015), EYE_RADIUS + 0.0006);
         lids = join(lids, bag, 0.003);
         d = join(d, lids, 0.0055);
         if self.lids > 0.02 {
@@ -168,11 +133,7 @@ impl Head {
             return skin;
         }
         let (lobe, lower) = self.lips(s);
-        let upper = join(
-            lobe,
-            ball(q - Vec3::new(0.0, -0.0674, 0.0872), 0.0040),
-            0.004,
-        );
+        let upper = join(lobe, ball(q - Vec3::new(0.0, -0.0674, 0.0872), 0.0040), 0.004);
         let mut d = join(skin, upper, 0.0045);
         d = join(d, lower, 0.0045);
         // The groove from nose to lip and the hollow below the lower lip.
@@ -195,21 +156,10 @@ impl Head {
     /// The upper lip's lobe and the lower lip, on the +X side.
     fn lips(&self, s: Vec3) -> (f32, f32) {
         let corner = self.corner();
-        let upper = rod(
-            s,
-            Vec3::new(0.0075, -0.0662, 0.0862),
-            corner,
-            0.0050,
-            0.0018,
-        );
+        let upper = rod(s, Vec3::new(0.0075, -0.0662, 0.0862), corner, 0.0050, 0.0018);
         let lower_corner = corner - Vec3::new(0.0015, 0.0006, 0.0);
-        let lower = rod(
-            self.shut(s),
-            Vec3::new(0.0060, -0.0770, 0.0844),
-            lower_corner,
-            0.0062,
-            0.0018,
-        );
+        let lower =
+            rod(self.shut(s), Vec3::new(0.0060, -0.0770, 0.0844), lower_corner, 0.0062, 0.0018);
         (upper, lower)
     }
 
@@ -234,10 +184,8 @@ impl Head {
     }
 
     fn teeth(&self, q: Vec3) -> f32 {
-        let upper = ellipsoid(
-            q - Vec3::new(0.0, -0.0662, 0.0605),
-            Vec3::new(0.0215, 0.0068, 0.0232),
-        );
+        let upper =
+            ellipsoid(q - Vec3::new(0.0, -0.0662, 0.0605), Vec3::new(0.0215, 0.0068, 0.0232));
         let lower = ellipsoid(
             self.shut(q) - Vec3::new(0.0, -0.0805, 0.0580),
             Vec3::new(0.0200, 0.0058, 0.0215),
@@ -270,28 +218,15 @@ fn nose(skin: f32, q: Vec3, s: Vec3) -> f32 {
     if s.z < 0.05 || s.y > 0.04 || s.y < -0.075 {
         return skin;
     }
-    let bridge = rod(
-        q,
-        Vec3::new(0.0, 0.011, 0.0785),
-        Vec3::new(0.0, -0.033, 0.0965),
-        0.0052,
-        0.0070,
-    );
+    let bridge =
+        rod(q, Vec3::new(0.0, 0.011, 0.0785), Vec3::new(0.0, -0.033, 0.0965), 0.0052, 0.0070);
     let mut d = join(skin, bridge, 0.014);
-    let tip = ellipsoid(
-        q - Vec3::new(0.0, -0.0375, 0.0985),
-        Vec3::new(0.0090, 0.0078, 0.0088),
-    );
+    let tip = ellipsoid(q - Vec3::new(0.0, -0.0375, 0.0985), Vec3::new(0.0090, 0.0078, 0.0088));
     d = join(d, tip, 0.009);
-    let wing = ellipsoid(
-        s - Vec3::new(0.0128, -0.0420, 0.0870),
-        Vec3::new(0.0064, 0.0058, 0.0085),
-    );
+    let wing = ellipsoid(s - Vec3::new(0.0128, -0.0420, 0.0870), Vec3::new(0.0064, 0.0058, 0.0085));
     d = join(d, wing, 0.0065);
-    let nostril = ellipsoid(
-        s - Vec3::new(0.0070, -0.0478, 0.0925),
-        Vec3::new(0.0034, 0.0040, 0.0052),
-    );
+    let nostril =
+        ellipsoid(s - Vec3::new(0.0070, -0.0478, 0.0925), Vec3::new(0.0034, 0.0040, 0.0052));
     cut(d, nostril, 0.0028)
 }
 
@@ -302,14 +237,8 @@ fn ear(skin: f32, s: Vec3) -> f32 {
     }
     // The ear leans back and stands off the head.
     let e = Mat3::from_rotation_x(0.22) * (Mat3::from_rotation_y(0.42) * p);
-    let oval = ellipsoid(
-        e - Vec3::new(0.002, 0.0, -0.004),
-        Vec3::new(0.0062, 0.0300, 0.0175),
-    );
-    let bowl = ellipsoid(
-        e - Vec3::new(0.0085, 0.001, -0.004),
-        Vec3::new(0.0062, 0.0205, 0.0105),
-    );
+    let oval = ellipsoid(e - Vec3::new(0.002, 0.0, -0.004), Vec3::new(0.0062, 0.0300, 0.0175));
+    let bowl = ellipsoid(e - Vec3::new(0.0085, 0.001, -0.004), Vec3::new(0.0062, 0.0205, 0.0105));
     let mut d = cut(oval, bowl, 0.004);
     // Its rim: a ring squeezed into an oval, open towards the cheek at the lobe.
     let round = Vec3::new(e.y * 0.62, e.x - 0.0058, e.z + 0.004);

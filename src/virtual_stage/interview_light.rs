@@ -49,9 +49,7 @@ impl InterviewLight {
             panel.radiance = tinted(panel.radiance);
         }
         let banks: Vec<[f32; 3]> = if panels.is_empty() {
-            (dome.interview_bank_weights().iter())
-                .map(|w| tinted([*w; 3]))
-                .collect()
+            (dome.interview_bank_weights().iter()).map(|w| tinted([*w; 3])).collect()
         } else {
             vec![[0.0; 3]; dome.banks.len()]
         };
@@ -92,13 +90,7 @@ impl InterviewLight {
             }
         }
         weights.extend(other_weights);
-        Self {
-            banks,
-            panels,
-            ambient,
-            others,
-            weights,
-        }
+        Self { banks, panels, ambient, others, weights }
     }
 
     /// Whether it is a sum of the banks alone.
@@ -121,10 +113,7 @@ impl InterviewLight {
         if let Some(ambient) = &self.ambient
             && dome.lamps.len() >= ROOM_SOURCES
         {
-            for (radiance, &bank) in dome
-                .lamp_weights(ambient)
-                .into_iter()
-                .zip(&dome.bank_of_lamp)
+            for (radiance, &bank) in dome.lamp_weights(ambient).into_iter().zip(&dome.bank_of_lamp)
             {
                 add(bank, radiance, dome.lamp_solid_angle());
             }
@@ -146,10 +135,7 @@ impl InterviewLight {
             Vec3::from(*radiance) * (facing * source.solid_angle)
         });
         // The room shines from everywhere; where exactly does not matter to dust.
-        let room = self
-            .ambient
-            .as_ref()
-            .map_or(Vec3::ZERO, |a| PI * mean_radiance(a));
+        let room = self.ambient.as_ref().map_or(Vec3::ZERO, |a| PI * mean_radiance(a));
         panels.sum::<Vec3>() + room
     }
 }
@@ -164,10 +150,7 @@ fn direction(azimuth: f32, elevation: f32) -> Vec3 {
 /// The panel with the radiance that lights the stage's middle with a flux of `flux`.
 fn of_flux(panel: Panel, flux: f32) -> Panel {
     let solid_angle: f32 = panel.sources().iter().map(|s| s.solid_angle).sum();
-    Panel {
-        radiance: [flux / solid_angle.max(1e-6); 3],
-        ..panel
-    }
+    Panel { radiance: [flux / solid_angle.max(1e-6); 3], ..panel }
 }
 
 /// Two to four bare lamps about the subject, mostly in front.
@@ -179,10 +162,8 @@ fn lamps(random: &mut ChaCha8Rng) -> Vec<Panel> {
             let towards = direction(within(-115.0, 115.0), within(-10.0, 60.0));
             let (distance, radius, flux) =
                 (within(1.2, 3.5), within(0.03, 0.12), within(-1.2, 0.0));
-            let disc = Panel {
-                round: true,
-                ..Panel::facing(towards, distance, [radius; 2], [1.0; 3])
-            };
+            let disc =
+                Panel { round: true, ..Panel::facing(towards, distance, [radius; 2], [1.0; 3]) };
             of_flux(disc, flux.exp())
         })
         .collect()
@@ -216,25 +197,16 @@ fn softboxes(random: &mut ChaCha8Rng) -> Vec<Panel> {
     let mut within = |low: f32, high: f32| random.random_range(low..high);
     let side = if within(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
     let mut softbox = |azimuth: [f32; 2], elevation: [f32; 2], flux: f32| {
-        let towards = direction(
-            side * within(azimuth[0], azimuth[1]),
-            within(elevation[0], elevation[1]),
-        );
+        let towards =
+            direction(side * within(azimuth[0], azimuth[1]), within(elevation[0], elevation[1]));
         let (distance, half) = (within(1.0, 2.2), [within(0.25, 0.6), within(0.25, 0.6)]);
         let round = within(0.0, 1.0) < 0.4;
         let half = if round { [half[0]; 2] } else { half };
-        let panel = Panel {
-            round,
-            ..Panel::facing(towards, distance, half, [1.0; 3])
-        };
+        let panel = Panel { round, ..Panel::facing(towards, distance, half, [1.0; 3]) };
         (of_flux(panel, flux), within(0.0, 1.0))
     };
     let (key, fill_level) = softbox([15.0, 60.0], [10.0, 50.0], 1.0);
     let (fill, rim_level) = softbox([-75.0, -15.0], [-5.0, 30.0], 0.1 + 0.5 * fill_level);
     let (rim, _) = softbox([140.0, 220.0], [15.0, 50.0], 0.2 + 1.5 * rim_level);
-    if rim_level < 0.4 {
-        vec![key, fill, rim]
-    } else {
-        vec![key, fill]
-    }
+    if rim_level < 0.4 { vec![key, fill, rim] } else { vec![key, fill] }
 }

@@ -31,9 +31,7 @@ pub fn decode(file: &[u8]) -> Result<Encoded> {
     let read = read.to_rgb8();
     let (width, height) = (read.width() as usize, read.height() as usize);
     Ok(Encoded(Raster::from_fn(width, height, |x, y| {
-        read.get_pixel(x as u32, y as u32)
-            .0
-            .map(|code| f32::from(code) / 255.0)
+        read.get_pixel(x as u32, y as u32).0.map(|code| f32::from(code) / 255.0)
     })))
 }
 
@@ -77,10 +75,7 @@ mod tests {
             off(&picture, &through_jpeg(&picture, 98).unwrap()),
             off(&picture, &through_jpeg(&picture, 30).unwrap()),
         );
-        assert!(
-            good < 2.0 && small > 1.5 * good && small < 20.0,
-            "{good} and {small} codes"
-        );
+        assert!(good < 2.0 && small > 1.5 * good && small < 20.0, "{good} and {small} codes");
     }
 
     #[test]

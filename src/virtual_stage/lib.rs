@@ -151,10 +151,7 @@ impl StageSettings {
             ))
         };
         within("pixels across (size)", self.size, 16..=1024)?;
-        for side in self
-            .plate
-            .map_or([self.size; 2], |(width, height)| [width, height])
-        {
+        for side in self.plate.map_or([self.size; 2], |(width, height)| [width, height]) {
             within("pixels across a frame (plate)", side, 16..=4096)?;
         }
         within("interview frames", self.frames, 1..=999)?;

@@ -116,18 +116,12 @@ impl Manifest {
                 })
                 .collect(),
             files: BTreeMap::from([
-                (
-                    "exemplars",
-                    "exemplars/poseNN/olat_BB.png (8 bit, encoded, black background)",
-                ),
+                ("exemplars", "exemplars/poseNN/olat_BB.png (8 bit, encoded, black background)"),
                 (
                     "masks",
                     "exemplar_masks/poseNN.png, interview_masks/frame_NNN.png (8 bit linear alpha)",
                 ),
-                (
-                    "interview",
-                    "interview/frame_NNN.png (8 bit encoded, green screen)",
-                ),
+                ("interview", "interview/frame_NNN.png (8 bit encoded, green screen)"),
                 ("probes", "probes/interview.png, probes/olat_BB.png"),
             ]),
             response_form: "linear = (1-I)*I^g1 + I*I^g2 for encoded I in 0..1 (g1,g2 unknown to the user; see truth.json)",

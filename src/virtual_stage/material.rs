@@ -41,29 +41,11 @@ pub fn surface(subject: &Subject, part: Part, p: Vec3, camera: Vec3) -> Surface 
         Part::Skin => skin(subject, q),
         Part::Eye => {
             let albedo = eye(q, subject.head_place(camera));
-            Surface {
-                albedo,
-                roughness: 0.065,
-                mirror: Vec3::splat(0.035),
-                ..matte
-            }
+            Surface { albedo, roughness: 0.065, mirror: Vec3::splat(0.035), ..matte }
         }
-        Part::Tooth => Surface {
-            albedo: Vec3::new(0.62, 0.57, 0.48),
-            roughness: 0.12,
-            ..matte
-        },
-        Part::Wrap => Surface {
-            albedo: wrap(q),
-            roughness: 0.33,
-            sheen: 0.10,
-            ..matte
-        },
-        Part::Gold => Surface {
-            mirror: Vec3::new(1.0, 0.73, 0.32),
-            roughness: 0.16,
-            ..matte
-        },
+        Part::Tooth => Surface { albedo: Vec3::new(0.62, 0.57, 0.48), roughness: 0.12, ..matte },
+        Part::Wrap => Surface { albedo: wrap(q), roughness: 0.33, sheen: 0.10, ..matte },
+        Part::Gold => Surface { mirror: Vec3::new(1.0, 0.73, 0.32), roughness: 0.16, ..matte },
         Part::Shirt => {
             let thread = 1.0 + 0.03 * noise(p * Vec3::new(900.0, 300.0, 900.0));
             Surface {
@@ -79,11 +61,9 @@ pub fn surface(subject: &Subject, part: Part, p: Vec3, camera: Vec3) -> Surface 
             roughness: 0.30 + 0.06 * noise(q * Vec3::new(500.0, 40.0, 500.0)),
             ..matte
         },
-        Part::Glasses => Surface {
-            albedo: Vec3::new(0.020, 0.016, 0.014),
-            roughness: 0.10,
-            ..matte
-        },
+        Part::Glasses => {
+            Surface { albedo: Vec3::new(0.020, 0.016, 0.014), roughness: 0.10, ..matte }
+        }
         Part::Hand => Surface {
             albedo: complexion(subject.look.skin)
                 * (1.0 + 0.05 * noise(p * 70.0) + 0.04 * noise(p * 190.0)),
@@ -174,19 +154,10 @@ fn skin(subject: &Subject, q: Vec3) -> Surface {
     albedo = albedo.lerp(Vec3::new(0.030, 0.019, 0.014), hair);
     let below = BELOW_SKIN_M * (1.0 - hair);
     let (mirror, roughness) = match subject.look.shine {
-        Some(shine) => (
-            0.028 * 0.3 * 6.5f32.powf(shine),
-            roughness * 2.2 * 0.2f32.powf(shine),
-        ),
+        Some(shine) => (0.028 * 0.3 * 6.5f32.powf(shine), roughness * 2.2 * 0.2f32.powf(shine)),
         None => (0.028, roughness),
     };
-    Surface {
-        albedo,
-        mirror: Vec3::splat(mirror),
-        roughness,
-        sheen: 0.0,
-        below,
-    }
+    Surface { albedo, mirror: Vec3::splat(mirror), roughness, sheen: 0.0, below }
 }
 
 /// How much hair of the brow is at `s` (+X side), from 0 to 1.
@@ -195,20 +166,10 @@ fn brow(s: Vec3) -> f32 {
         return 0.0;
     }
     let flat = |v: Vec3| Vec3::new(v.x, v.y, 0.0);
-    let inner = rod(
-        flat(s),
-        Vec3::new(0.0135, 0.0185, 0.0),
-        Vec3::new(0.034, 0.0240, 0.0),
-        0.0033,
-        0.0026,
-    );
-    let outer = rod(
-        flat(s),
-        Vec3::new(0.034, 0.0240, 0.0),
-        Vec3::new(0.0475, 0.0190, 0.0),
-        0.0026,
-        0.0006,
-    );
+    let inner =
+        rod(flat(s), Vec3::new(0.0135, 0.0185, 0.0), Vec3::new(0.034, 0.0240, 0.0), 0.0033, 0.0026);
+    let outer =
+        rod(flat(s), Vec3::new(0.034, 0.0240, 0.0), Vec3::new(0.0475, 0.0190, 0.0), 0.0026, 0.0006);
     let strands = 0.0009 * noise(Vec3::new(s.x * 700.0 + s.y * 500.0, s.y * 350.0, 0.0));
     0.88 * (1.0 - ramp(-0.0012, 0.0010, inner.min(outer) + strands))
 }
@@ -220,11 +181,7 @@ fn lash(subject: &Subject, s: Vec3) -> f32 {
         return 0.0;
     }
     let off = subject.head.lid_edge(s);
-    let width = if e.y > -0.001 + 0.11 * e.x {
-        0.0019
-    } else {
-        0.0007
-    };
+    let width = if e.y > -0.001 + 0.11 * e.x { 0.0019 } else { 0.0007 };
     0.95 * (1.0 - ramp(0.4 * width, width, off))
 }
 
@@ -245,9 +202,7 @@ fn eye(q: Vec3, camera: Vec3) -> Vec3 {
         .lerp(Vec3::new(0.030, 0.018, 0.012), ramp(0.36, 0.47, off))
         * rays;
     let pupil = Vec3::splat(0.006);
-    pupil
-        .lerp(iris, ramp(0.16, 0.21, off))
-        .lerp(white, ramp(0.45, 0.52, off))
+    pupil.lerp(iris, ramp(0.16, 0.21, off)).lerp(white, ramp(0.45, 0.52, off))
 }
 
 /// Printed cloth: ochre with rust and cream bands that follow the pleats, and blue marks.
@@ -257,9 +212,7 @@ fn wrap(q: Vec3) -> Vec3 {
     let ochre = Vec3::new(0.56, 0.285, 0.045);
     let rust = Vec3::new(0.33, 0.060, 0.022);
     let cream = Vec3::new(0.66, 0.55, 0.36);
-    let cloth = ochre
-        .lerp(rust, ramp(0.30, 0.34, band))
-        .lerp(cream, ramp(0.425, 0.445, band));
+    let cloth = ochre.lerp(rust, ramp(0.30, 0.34, band)).lerp(cream, ramp(0.425, 0.445, band));
     let across = 70.0 * (0.6 * q.y + 0.8 * q.x);
     let mark = Vec2::new(across - across.floor() - 0.5, 3.2 * band).length();
     cloth.lerp(Vec3::new(0.035, 0.060, 0.150), 1.0 - ramp(0.20, 0.28, mark))

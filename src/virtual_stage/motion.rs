@@ -83,14 +83,8 @@ impl Pose {
 
 /// The six poses that are photographed under every bank.
 pub fn exemplar_poses() -> [Pose; 6] {
-    let pose = |yaw, pitch, roll, jaw, smile| Pose {
-        yaw,
-        pitch,
-        roll,
-        jaw,
-        smile,
-        ..Pose::default()
-    };
+    let pose =
+        |yaw, pitch, roll, jaw, smile| Pose { yaw, pitch, roll, jaw, smile, ..Pose::default() };
     [
         pose(0.0, 0.0, 0.0, 0.0, 0.0),
         pose(-24.0, -3.0, 2.0, 0.1, 0.2),

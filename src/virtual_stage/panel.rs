@@ -78,10 +78,7 @@ impl Panel {
         }
         let t = (origin - self.centre).dot(self.normal) / towards;
         let off = origin + direction * t - self.centre;
-        let place = [
-            off.dot(self.across) / self.half[0],
-            off.dot(self.up()) / self.half[1],
-        ];
+        let place = [off.dot(self.across) / self.half[0], off.dot(self.up()) / self.half[1]];
         (t > 0.0 && self.shines(place)).then_some((t, self.radiance))
     }
 
@@ -101,10 +98,7 @@ impl Panel {
                 let part = |i: usize, n: usize, j: usize| {
                     2.0 * (i as f32 + (j as f32 + 0.5) / FINE as f32) / n as f32 - 1.0
                 };
-                [
-                    part(i % columns, columns, j % FINE),
-                    part(i / columns, rows, j / FINE),
-                ]
+                [part(i % columns, columns, j % FINE), part(i / columns, rows, j / FINE)]
             });
             let lit: Vec<[f32; 2]> = inside.filter(|place| self.shines(*place)).collect();
             if lit.is_empty() {
@@ -136,14 +130,8 @@ mod tests {
     fn samples_fill_the_part_of_the_sphere_that_rays_meet() {
         let towards = Vec3::new(-0.8, 0.3, 0.5).normalize();
         let soft = Panel::facing(towards, 1.6, [0.5, 0.4], [1.0; 3]);
-        let window = Panel {
-            panes: [2, 3],
-            ..soft
-        };
-        let disc = Panel {
-            round: true,
-            ..soft
-        };
+        let window = Panel { panes: [2, 3], ..soft };
+        let disc = Panel { round: true, ..soft };
         for panel in [soft, window, disc] {
             let sampled: f32 = panel.sources().iter().map(|s| s.solid_angle).sum();
             // Rays over the whole sphere, evenly spread.
@@ -158,10 +146,7 @@ mod tests {
                     }
                 }
             }
-            assert!(
-                (f64::from(sampled) / met - 1.0).abs() < 0.02,
-                "{sampled} and {met}"
-            );
+            assert!((f64::from(sampled) / met - 1.0).abs() < 0.02, "{sampled} and {met}");
         }
     }
 

@@ -39,12 +39,7 @@ pub struct Pictures {
 }
 
 /// Sample positions inside a pixel that are traced first, no two in one row or column.
-const FIRST: [[f32; 2]; 4] = [
-    [0.375, 0.125],
-    [0.875, 0.375],
-    [0.125, 0.625],
-    [0.625, 0.875],
-];
+const FIRST: [[f32; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
 /// Rows and columns of samples in a pixel on the silhouette.
 const SILHOUETTE: usize = 4;
 /// Points whose normals are nearer than this cosine, and whose depths are nearer than this length
@@ -63,28 +58,20 @@ pub fn take(
 ) -> Pictures {
     let subject = Subject::new(pose, &request.look);
     let seat = &pose.seat;
-    let mut sources: Vec<Source> = Source::lamps(dome)
-        .chain(request.others.iter().copied())
-        .collect();
+    let mut sources: Vec<Source> =
+        Source::lamps(dome).chain(request.others.iter().copied()).collect();
     let mut eye = camera::POSITION;
     if !seat.is_usual() {
         // The subject stays in its own axes; the stage moves about it.
         eye = seat.subject_place(eye);
-        sources
-            .iter_mut()
-            .for_each(|s| s.place = seat.subject_place(s.place));
+        sources.iter_mut().for_each(|s| s.place = seat.subject_place(s.place));
     }
     let camera = Camera {
         eye,
         subject_from_stage: (!seat.is_usual()).then(|| seat.stage_from_subject().transpose()),
         size,
     };
-    let transport = Transport {
-        sources: &sources,
-        subject: &subject,
-        grid,
-        effort,
-    };
+    let transport = Transport { sources: &sources, subject: &subject, grid, effort };
     let is_summed = |source: usize| {
         let weight = |sum: &&[[f32; 3]]| sum.get(source).is_some_and(|w| *w != [0.0; 3]);
         request.sums.iter().any(weight)
@@ -121,11 +108,8 @@ pub fn take(
                     }
                 }
                 for (out, weights) in out[bank_count..].iter_mut().zip(request.sums) {
-                    *out = lamps
-                        .iter()
-                        .zip(*weights)
-                        .map(|(light, &w)| *light * Vec3::from(w))
-                        .sum();
+                    *out =
+                        lamps.iter().zip(*weights).map(|(light, &w)| *light * Vec3::from(w)).sum();
                 }
             }
             row
@@ -133,18 +117,13 @@ pub fn take(
         .collect();
     let mut tally = Tally::default();
     rows.iter().for_each(|row| tally.add(&row.tally));
-    let layer = |i: usize| {
-        Raster::from_fn(width, height, |x, y| {
-            rows[y].light[x * layers + i].to_array()
-        })
-    };
+    let layer =
+        |i: usize| Raster::from_fn(width, height, |x, y| rows[y].light[x * layers + i].to_array());
     Pictures {
         coverage: Raster::from_fn(width, height, |x, y| rows[y].coverage[x].min(1.0)),
         normals: Raster::from_fn(width, height, |x, y| {
             let normal = rows[y].normals[x].normalize_or_zero();
-            let turned = camera
-                .subject_from_stage
-                .map_or(normal, |turn| turn.transpose() * normal);
+            let turned = camera.subject_from_stage.map_or(normal, |turn| turn.transpose() * normal);
             turned.to_array()
         }),
         banks: (0..bank_count).map(layer).collect(),
@@ -227,10 +206,7 @@ fn visible_points(
     if groups.len() > 1 {
         tally.split += 1;
     }
-    groups
-        .into_iter()
-        .map(|g| (mean(&g), g.len() as f32 / samples as f32))
-        .collect()
+    groups.into_iter().map(|g| (mean(&g), g.len() as f32 / samples as f32)).collect()
 }
 
 /// What the lenses of glasses mirror into pixel (`x`, `y`), with each sample's share of the pixel. They add to what is
@@ -240,12 +216,8 @@ fn lens_points(subject: &Subject, camera: &Camera, x: usize, y: usize) -> Vec<(P
     let look = |[dx, dy]: [f32; 2]| {
         let ray = camera.ray(x as f32 + dx, y as f32 + dy);
         let (t, normal) = subject.lens(camera.eye, ray)?;
-        let point = Point {
-            place: camera.eye + ray * t,
-            normal,
-            view: -ray,
-            surface: material::LENS,
-        };
+        let point =
+            Point { place: camera.eye + ray * t, normal, view: -ray, surface: material::LENS };
         Some((point, share))
     };
     FIRST.into_iter().filter_map(look).collect()
@@ -299,15 +271,7 @@ fn hit(subject: &Subject, grid: &Grid, eye: Vec3, direction: Vec3) -> Option<Hit
         if distance < 1.5e-4 {
             let normal = subject.normal(place);
             let surface = surface(subject, part, place, eye);
-            return Some(Hit {
-                part,
-                point: Point {
-                    place,
-                    normal,
-                    view: -direction,
-                    surface,
-                },
-            });
+            return Some(Hit { part, point: Point { place, normal, view: -direction, surface } });
         }
         t += 0.75 * distance;
         if distance > 2.0 * NEAR_M {

@@ -63,21 +63,13 @@ impl Probe {
                 let share = |count: u32| count as f32 / (rays * rays) as f32;
                 (
                     share(covered),
-                    hits.into_iter()
-                        .map(|(bank, count)| (bank, share(count)))
-                        .collect(),
+                    hits.into_iter().map(|(bank, count)| (bank, share(count))).collect(),
                 )
             })
             .collect();
         let (coverage, seen) = traced.into_iter().unzip();
         let disc = std::f32::consts::PI * (LAMP_RADIUS_M / RADIUS_M).powi(2);
-        Self {
-            size,
-            coverage,
-            seen,
-            around,
-            lamp_radiance: dome.lamp_solid_angle() / disc,
-        }
+        Self { size, coverage, seen, around, lamp_radiance: dome.lamp_solid_angle() / disc }
     }
 
     /// The ball's radiance under `light`, and a dim `ambient` on the ball.
@@ -98,10 +90,7 @@ impl Probe {
 
     /// Pixels of a photograph, and those that show the ball.
     pub fn pixels(&self) -> (usize, usize) {
-        (
-            self.coverage.len(),
-            self.coverage.iter().filter(|&&c| c > 0.0).count(),
-        )
+        (self.coverage.len(), self.coverage.iter().filter(|&&c| c > 0.0).count())
     }
 
     /// The brightest pixel under `light`, without ambient light.
@@ -124,9 +113,7 @@ impl BallLight {
     /// This light with everything `factor` times as bright.
     pub fn times(mut self, factor: f32) -> Self {
         let levels = self.banks.iter_mut().flatten();
-        levels
-            .chain([&mut self.interview])
-            .for_each(|v| *v *= factor);
+        levels.chain([&mut self.interview]).for_each(|v| *v *= factor);
         self
     }
 }
@@ -167,9 +154,7 @@ impl LampMap {
                     MAP_HEIGHT,
                 );
                 let near = |lamp: &Vec3| lamp.dot(centre) > reach.cos();
-                (0..dome.lamps.len() as u32)
-                    .filter(|&l| near(&dome.lamps[l as usize]))
-                    .collect()
+                (0..dome.lamps.len() as u32).filter(|&l| near(&dome.lamps[l as usize])).collect()
             })
             .collect();
         Self { cells }
@@ -208,9 +193,7 @@ mod tests {
     /// Those banks, at radiance 1.
     fn only(lit: impl Fn(usize) -> bool, banks: usize) -> BallLight {
         BallLight {
-            banks: (0..banks)
-                .map(|b| [f32::from(u8::from(lit(b))); 3])
-                .collect(),
+            banks: (0..banks).map(|b| [f32::from(u8::from(lit(b))); 3]).collect(),
             interview: 0.0,
         }
     }
@@ -237,11 +220,7 @@ mod tests {
                 }
             }
             let found = glam::DVec3::from(sum).normalize();
-            let degrees = found
-                .dot(direction.as_dvec3())
-                .clamp(-1.0, 1.0)
-                .acos()
-                .to_degrees();
+            let degrees = found.dot(direction.as_dvec3()).clamp(-1.0, 1.0).acos().to_degrees();
             // A pixel spans 2·asin(1/58) = 2°; the ball's own size against the dome (0.075/4, one
             // degree) and the camera's nearness (another) shift what a far ball would show.
             assert!(degrees < 2.5, "bank {bank}: {degrees}°");

@@ -29,12 +29,7 @@ impl Room {
             let level = within(low, high);
             Vec3::new(level * within(0.9, 1.15), level, level * within(0.75, 1.1))
         };
-        let walls = [
-            paint(0.1, 0.7),
-            paint(0.1, 0.7),
-            paint(0.1, 0.5),
-            paint(0.1, 0.5),
-        ];
+        let walls = [paint(0.1, 0.7), paint(0.1, 0.7), paint(0.1, 0.5), paint(0.1, 0.5)];
         let (floor, ceiling) = (paint(0.1, 0.4), paint(0.4, 0.8));
         let reflect = |direction: Vec3| {
             let (place, axis) = wall(direction, low, high);
@@ -64,10 +59,7 @@ impl Room {
                 + Vec3::new(0.7, 0.85, 1.0) * (in_door * doorway)
                 + Vec3::new(1.0, 0.85, 0.65) * (lamp * bright)
         };
-        Self {
-            reflectance: panorama(reflect),
-            glow: normalized(panorama(glow)),
-        }
+        Self { reflectance: panorama(reflect), glow: normalized(panorama(glow)) }
     }
 }
 

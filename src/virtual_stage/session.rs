@@ -65,15 +65,9 @@ impl<'a> Session<'a> {
         let (mut poses, mut frames) = (exemplar_poses(), interview(settings.frames, seed));
         reseat(&mut poses, &mut frames, &trouble, seed);
         let like_frames = settings.like_frames.iter().map(|&frame| frames[frame]);
-        let poses: Vec<Pose> = poses
-            .into_iter()
-            .take(settings.poses)
-            .chain(like_frames)
-            .collect();
+        let poses: Vec<Pose> = poses.into_iter().take(settings.poses).chain(like_frames).collect();
         let sways = match trouble.sway > 0.0 {
-            true => (0..poses.len())
-                .map(|i| Sway::draw(trouble.sway, seed, i))
-                .collect(),
+            true => (0..poses.len()).map(|i| Sway::draw(trouble.sway, seed, i)).collect(),
             false => vec![],
         };
         Self {
@@ -123,9 +117,7 @@ impl<'a> Session<'a> {
         let own = sums.len();
         // What a room reflects of a bank comes from all sides.
         let bounced: Vec<Vec<[f32; 3]>> = match self.bounce {
-            Some(_) if banks => (0..self.dome.banks.len())
-                .map(|b| self.lit_bank(b))
-                .collect(),
+            Some(_) if banks => (0..self.dome.banks.len()).map(|b| self.lit_bank(b)).collect(),
             _ => vec![],
         };
         sums.extend(bounced.iter().map(Vec::as_slice));
@@ -134,12 +126,7 @@ impl<'a> Session<'a> {
             pictures.banks = pictures.sums.split_off(own);
         }
         let done = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
-        self.progress.step(
-            STAGE,
-            done as u64,
-            (self.poses.len() + self.frames.len()) as u64,
-            note,
-        );
+        self.progress.step(STAGE, done as u64, (self.poses.len() + self.frames.len()) as u64, note);
         Ok(pictures)
     }
 
@@ -152,12 +139,7 @@ impl<'a> Session<'a> {
         sums: &[&[[f32; 3]]],
     ) -> Result<Pictures> {
         self.progress.check("the pictures written so far")?;
-        let request = Request {
-            banks,
-            others: &self.light.others,
-            sums,
-            look: self.trouble.look,
-        };
+        let request = Request { banks, others: &self.light.others, sums, look: self.trouble.look };
         let pictures = take(&self.dome, pose, grid, size, &request, Effort::Needed);
         self.count(&pictures.tally);
         Ok(pictures)
@@ -183,9 +165,7 @@ impl<'a> Session<'a> {
             [x * per_m, -y * per_m]
         };
         let poses = self.sways.iter();
-        poses
-            .map(|sway| (0..lamps).map(|lamp| at(sway, lamp)).collect())
-            .collect()
+        poses.map(|sway| (0..lamps).map(|lamp| at(sway, lamp)).collect()).collect()
     }
 
     /// The numbers of the lamps before which the subject is taken fully lit, and that of the end; `None` if it is not.
@@ -197,10 +177,7 @@ impl<'a> Session<'a> {
 
     pub fn count(&self, tally: &Tally) {
         // A poisoned lock only means that another thread failed; the counts are still counts.
-        self.tally
-            .lock()
-            .unwrap_or_else(|broken| broken.into_inner())
-            .add(tally);
+        self.tally.lock().unwrap_or_else(|broken| broken.into_inner()).add(tally);
     }
 }
 

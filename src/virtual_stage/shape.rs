@@ -14,11 +14,7 @@ pub fn ellipsoid(p: Vec3, radii: Vec3) -> f32 {
     let k0 = (p / radii).length();
     let k1 = (p / (radii * radii)).length();
     // At the very centre both lengths vanish; the distance there is that of the smallest radius.
-    if k1 < 1e-6 {
-        -radii.min_element()
-    } else {
-        k0 * (k0 - 1.0) / k1
-    }
+    if k1 < 1e-6 { -radii.min_element() } else { k0 * (k0 - 1.0) / k1 }
 }
 
 /// A rod from `a` to `b` whose radius goes from `radius_a` to `radius_b`.

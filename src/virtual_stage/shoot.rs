@@ -74,11 +74,7 @@ pub fn write_shoot(
     Ok(StageReport {
         files: session.files.into_inner(),
         seconds: start.elapsed().as_secs_f64(),
-        effects: session
-            .tally
-            .into_inner()
-            .unwrap_or_else(|broken| broken.into_inner())
-            .effects(),
+        effects: session.tally.into_inner().unwrap_or_else(|broken| broken.into_inner()).effects(),
     })
 }
 
@@ -111,10 +107,7 @@ impl Session<'_> {
                 interview: exposure(INTERVIEW_PEAK, &pictures.sums[..1], &pictures.coverage),
                 tracking: exposure(INTERVIEW_PEAK, &[sum(&pictures.banks)], &pictures.coverage),
             });
-            self.mask(
-                &format!("exemplar_masks/pose{i:02}.png"),
-                &pictures.coverage,
-            )?;
+            self.mask(&format!("exemplar_masks/pose{i:02}.png"), &pictures.coverage)?;
             let olat = |bank: usize, light: &Image| {
                 let name = format!("exemplars/pose{i:02}/{}.png", self.olat_name(bank));
                 self.photograph(&name, &scaled(light, exposures.olat))
@@ -202,19 +195,13 @@ impl Session<'_> {
             let note = format!("frame {i}");
             let pictures = self.take(pose, &grid, size, (place.is_some(), banks), &note)?;
             if banks && nearest.is_none() && self.trouble != Trouble::default() {
-                nearest = Some(NearestSum::fit(
-                    &pictures.banks,
-                    &pictures.sums[0],
-                    &pictures.coverage,
-                ));
+                nearest =
+                    Some(NearestSum::fit(&pictures.banks, &pictures.sums[0], &pictures.coverage));
             }
             if self.shipped(i).is_none() {
                 let plate = before_screen(&pictures, exposures.interview);
                 self.photograph(&format!("interview/frame_{i:03}.png"), &plate)?;
-                self.mask(
-                    &format!("interview_masks/frame_{i:03}.png"),
-                    &pictures.coverage,
-                )?;
+                self.mask(&format!("interview_masks/frame_{i:03}.png"), &pictures.coverage)?;
             }
             if place.is_some() {
                 let frame = format!("frame_{i:03}");
@@ -239,14 +226,9 @@ impl Session<'_> {
         for ((environment, _), relit) in self.environments.iter().zip(&pictures.sums[1..]) {
             self.exr(&format!("truth/{name}_relit_{environment}.exr"), relit)?;
         }
-        (0..pictures.banks.len())
-            .into_par_iter()
-            .try_for_each(|bank| {
-                self.exr(
-                    &format!("truth/{olats}/{}.exr", self.olat_name(bank)),
-                    &pictures.banks[bank],
-                )
-            })
+        (0..pictures.banks.len()).into_par_iter().try_for_each(|bank| {
+            self.exr(&format!("truth/{olats}/{}.exr", self.olat_name(bank)), &pictures.banks[bank])
+        })
     }
 
     /// The mirror ball under the interview's light and under every bank, through one grey filter
@@ -260,37 +242,22 @@ impl Session<'_> {
             trouble: &self.trouble,
         };
         let is_plain = self.light.is_of_banks()
-            && (
-                self.trouble.room,
-                self.trouble.dust,
-                self.trouble.photographer,
-            ) == (0.0, 0.0, false);
-        let probe = Probe::trace(
-            &self.dome,
-            self.settings.size,
-            (!is_plain).then_some(&surroundings),
-        );
+            && (self.trouble.room, self.trouble.dust, self.trouble.photographer)
+                == (0.0, 0.0, false);
+        let probe =
+            Probe::trace(&self.dome, self.settings.size, (!is_plain).then_some(&surroundings));
         let (probe_pixels, ball) = probe.pixels();
         self.count(&Tally {
             probe_pixels: probe_pixels as u64,
             ball: ball as u64,
             ..Tally::default()
         });
-        let filmed = BallLight {
-            banks: self.light.banks.clone(),
-            interview: 1.0,
-        };
+        let filmed = BallLight { banks: self.light.banks.clone(), interview: 1.0 };
         // The camera's exposure is changed only after the balls.
         let filmed = filmed.times(exposures.interview / self.trouble.exposure_change);
         let one = |bank: usize| BallLight {
             banks: (0..self.dome.banks.len())
-                .map(|b| {
-                    if b == bank {
-                        [exposures.olat; 3]
-                    } else {
-                        [0.0; 3]
-                    }
-                })
+                .map(|b| if b == bank { [exposures.olat; 3] } else { [0.0; 3] })
                 .collect(),
             interview: 0.0,
         };
@@ -303,12 +270,10 @@ impl Session<'_> {
             "probes/interview.png",
             &probe.image(&filmed.times(density), PROBE_AMBIENT),
         )?;
-        (0..self.dome.banks.len())
-            .into_par_iter()
-            .try_for_each(|bank| {
-                let image = probe.image(&one(bank).times(density), PROBE_AMBIENT);
-                self.photograph(&format!("probes/{}.png", self.olat_name(bank)), &image)
-            })?;
+        (0..self.dome.banks.len()).into_par_iter().try_for_each(|bank| {
+            let image = probe.image(&one(bank).times(density), PROBE_AMBIENT);
+            self.photograph(&format!("probes/{}.png", self.olat_name(bank)), &image)
+        })?;
         Ok(density)
     }
 
@@ -319,10 +284,7 @@ impl Session<'_> {
     }
 
     fn photograph(&self, name: &str, light: &Image) -> Result<()> {
-        self.written(write_png(
-            &self.folder.join(name),
-            &self.sensor.photograph(light, name)?,
-        ))
+        self.written(write_png(&self.folder.join(name), &self.sensor.photograph(light, name)?))
     }
 
     fn mask(&self, name: &str, mask: &Mask) -> Result<()> {
@@ -334,9 +296,7 @@ impl Session<'_> {
     }
 
     fn bytes(&self, name: &str, bytes: &[u8]) -> Result<()> {
-        self.written(write_beside(&self.folder.join(name), |out| {
-            out.write_all(bytes)
-        }))
+        self.written(write_beside(&self.folder.join(name), |out| out.write_all(bytes)))
     }
 
     fn json(&self, name: &str, value: &impl Serialize) -> Result<()> {
@@ -356,9 +316,8 @@ impl Session<'_> {
 pub fn before_screen(pictures: &Pictures, exposure: f32) -> Image {
     let mut plate = scaled(&pictures.sums[0], exposure);
     let screen = green_screen(plate.size());
-    for ((pixel, behind), coverage) in (plate.pixels.iter_mut())
-        .zip(&screen.pixels)
-        .zip(&pictures.coverage.pixels)
+    for ((pixel, behind), coverage) in
+        (plate.pixels.iter_mut()).zip(&screen.pixels).zip(&pictures.coverage.pixels)
     {
         for (level, green) in pixel.iter_mut().zip(behind) {
             *level += (1.0 - coverage) * green;
@@ -391,17 +350,10 @@ fn exposure(peak: f32, pictures: &[Image], coverage: &Mask) -> f32 {
                 .map(|(p, _)| p[0].max(p[1]).max(p[2]))
                 .collect();
             levels.sort_by(f32::total_cmp);
-            levels
-                .get(levels.len().saturating_sub(1 + levels.len() / 1000))
-                .copied()
-                .unwrap_or(0.0)
+            levels.get(levels.len().saturating_sub(1 + levels.len() / 1000)).copied().unwrap_or(0.0)
         })
         .fold(0.0, f32::max);
-    if brightest > 0.0 {
-        peak / brightest
-    } else {
-        1.0
-    }
+    if brightest > 0.0 { peak / brightest } else { 1.0 }
 }
 
 fn scaled(image: &Image, factor: f32) -> Image {

@@ -17,9 +17,8 @@ impl NearestSum {
     pub fn fit(banks: &[Image], interview: &Image, coverage: &Mask) -> Self {
         const SWEEPS: usize = 2000;
         let n = banks.len();
-        let covered: Vec<usize> = (0..coverage.pixels.len())
-            .filter(|&i| coverage.pixels[i] > 0.98)
-            .collect();
+        let covered: Vec<usize> =
+            (0..coverage.pixels.len()).filter(|&i| coverage.pixels[i] > 0.98).collect();
         let mut weights = vec![[0.0; 3]; n];
         let (mut error, mut power) = (0.0f64, 0.0f64);
         for c in 0..3 {
@@ -53,10 +52,7 @@ impl NearestSum {
                 weight[c] = x as f32;
             }
         }
-        Self {
-            weights,
-            residual: (error / power.max(f64::MIN_POSITIVE)).sqrt() as f32,
-        }
+        Self { weights, residual: (error / power.max(f64::MIN_POSITIVE)).sqrt() as f32 }
     }
 }
 
@@ -68,9 +64,7 @@ mod tests {
     #[test]
     fn a_sum_of_the_banks_is_found_and_other_light_leaves_a_residual() {
         let bank = |k: usize| {
-            Raster::from_fn(8, 8, |x, y| {
-                [0.1 + ((x * (k + 1) + y * y * k) % 5) as f32; 3]
-            })
+            Raster::from_fn(8, 8, |x, y| [0.1 + ((x * (k + 1) + y * y * k) % 5) as f32; 3])
         };
         let banks: Vec<Image> = (0..4).map(bank).collect();
         let weights = [0.5, 0.0, 2.0, 1.0];

@@ -89,10 +89,7 @@ impl Subject {
     pub fn parts(&self, p: Vec3) -> (Part, f32) {
         let q = self.head_place(p);
         // In a head of another build all is nearer by at most its smallest factor.
-        let near = self
-            .look
-            .build
-            .map_or(1.0, |build| Vec3::from(build).min_element().min(1.0));
+        let near = self.look.build.map_or(1.0, |build| Vec3::from(build).min_element().min(1.0));
         let head = self.head.distances(q);
         let head = HeadDistances {
             skin: near * head.skin,
@@ -117,9 +114,7 @@ impl Subject {
             (self.look.glasses).then(|| (Part::Glasses, accessories::glasses(self.worn_place(p))));
         let hand = (self.hand > 0.0).then(|| (Part::Hand, accessories::hand(p, self.hand)));
         let all = all.into_iter().chain(glasses).chain(hand);
-        all.fold((Part::Skin, skin), |best, next| {
-            if next.1 < best.1 { next } else { best }
-        })
+        all.fold((Part::Skin, skin), |best, next| if next.1 < best.1 { next } else { best })
     }
 
     /// Where a ray meets a lens of the glasses, if the subject wears any: how far along it, and the normal there.
@@ -133,13 +128,7 @@ impl Subject {
     }
 
     fn neck(&self, p: Vec3) -> f32 {
-        let mut d = rod(
-            p,
-            self.joint + Vec3::new(0.0, 0.02, 0.0),
-            NECK_FOOT,
-            0.046,
-            0.052,
-        );
+        let mut d = rod(p, self.joint + Vec3::new(0.0, 0.02, 0.0), NECK_FOOT, 0.046, 0.052);
         for (mastoid, breastbone) in self.cords {
             d = join(d, rod(p, mastoid, breastbone, 0.008, 0.006), 0.018);
         }
@@ -155,10 +144,6 @@ impl Subject {
             Vec3::new(-1.0, 1.0, -1.0),
             Vec3::ONE,
         ];
-        corners
-            .iter()
-            .map(|&c| c * self.distance(p + c * STEP))
-            .sum::<Vec3>()
-            .normalize_or(Vec3::Z)
+        corners.iter().map(|&c| c * self.distance(p + c * STEP)).sum::<Vec3>().normalize_or(Vec3::Z)
     }
 }

@@ -152,10 +152,8 @@ mod tests {
         for (pose, pixels) in [(0, 3.0), (4, 0.5)] {
             let sway = Sway::draw(pixels, 9, pose);
             let metres = pixels * FRAME_HEIGHT_M / 256.0;
-            let far: Vec<f32> = (0..=200)
-                .map(|i| sway.face_m(i as f32 / 200.0))
-                .map(|[x, y]| x.hypot(y))
-                .collect();
+            let far: Vec<f32> =
+                (0..=200).map(|i| sway.face_m(i as f32 / 200.0)).map(|[x, y]| x.hypot(y)).collect();
             let farthest = far.iter().copied().fold(0.0, f32::max);
             assert!((farthest / metres - 1.0).abs() < 0.02, "{farthest}");
             assert!(far.windows(2).all(|w| (w[0] - w[1]).abs() < 0.15 * metres));

@@ -153,11 +153,7 @@ fn bleed(facing: f32, visible: f32, depth_m: f32, below: Vec3) -> Vec3 {
     // leaving it out beyond is exact.
     let rise = ((Vec3::splat(facing) + reach) / (2.0 * reach)).clamp(Vec3::ZERO, Vec3::ONE);
     let soft = reach * rise * rise;
-    let cosine = Vec3::select(
-        Vec3::splat(facing).cmpge(reach),
-        Vec3::splat(facing.max(0.0)),
-        soft,
-    );
+    let cosine = Vec3::select(Vec3::splat(facing).cmpge(reach), Vec3::splat(facing.max(0.0)), soft);
     let through = LEAK * bare * (-depth_m / below).exp();
     cosine * through.max(Vec3::splat(visible))
 }
@@ -173,11 +169,7 @@ struct Gloss<'a> {
 impl<'a> Gloss<'a> {
     fn new(point: &'a Point) -> Self {
         let alpha = point.surface.roughness;
-        Self {
-            point,
-            alpha2: alpha * alpha,
-            seen: point.normal.dot(point.view).max(0.02),
-        }
+        Self { point, alpha2: alpha * alpha, seen: point.normal.dot(point.view).max(0.02) }
     }
 
     /// Microfacet reflectance: GGX with Smith's height-correlated shadowing and Schlick's Fresnel
@@ -185,10 +177,7 @@ impl<'a> Gloss<'a> {
     fn highlight(&self, light: Vec3, facing: f32) -> Vec3 {
         let facing = facing.max(0.0);
         let half = (light + self.point.view).normalize_or(self.point.normal);
-        let (nh, vh) = (
-            self.point.normal.dot(half),
-            self.point.view.dot(half).max(0.0),
-        );
+        let (nh, vh) = (self.point.normal.dot(half), self.point.view.dot(half).max(0.0));
         let spread = nh * nh * (self.alpha2 - 1.0) + 1.0;
         let facets = self.alpha2 / (PI * spread * spread);
         let smith = |a: f32, b: f32| a * (b * b * (1.0 - self.alpha2) + self.alpha2).sqrt();

@@ -217,11 +217,7 @@ impl TroubleSettings {
             )),
             _ => Ok(()),
         };
-        within(
-            "--bank-lamps",
-            self.bank_lamps.map(|n| n as f32),
-            1.0..=23.0,
-        )?;
+        within("--bank-lamps", self.bank_lamps.map(|n| n as f32), 1.0..=23.0)?;
         within("--ambient", self.ambient, 0.0..=0.9)?;
         within("--exposure-change", self.exposure_change, 0.25..=4.0)?;
         within("--noise", self.noise, 0.0..=20.0)?;
@@ -242,11 +238,7 @@ impl TroubleSettings {
 
     /// What the shoot has: the plain stage, or what `seed` draws, and what is given in place of either.
     pub(super) fn resolve(&self, seed: u64) -> Trouble {
-        let drawn = if self.trouble {
-            Trouble::draw(seed)
-        } else {
-            Trouble::default()
-        };
+        let drawn = if self.trouble { Trouble::draw(seed) } else { Trouble::default() };
         Trouble {
             bank_lamps: self.bank_lamps.or(drawn.bank_lamps),
             interview_light: self.interview_light.unwrap_or(drawn.interview_light),
@@ -291,11 +283,7 @@ impl Trouble {
         // From candle-like to bluish, with a little green or magenta.
         let (warm, green) = (within(-0.45, 0.45), within(-0.08, 0.08));
         let white = within(0.0, 1.0) < 0.3;
-        let tint = if white {
-            [1.0; 3]
-        } else {
-            [warm.exp(), green.exp(), (-warm).exp()]
-        };
+        let tint = if white { [1.0; 3] } else { [warm.exp(), green.exp(), (-warm).exp()] };
         let (some, share) = (within(0.0, 1.0) < 0.6, within(0.02, 0.5));
         let ambient = if some { share } else { 0.0 };
         let (some, stops) = (within(0.0, 1.0) < 0.2, within(-1.0, 1.0));
@@ -342,14 +330,7 @@ impl Trouble {
             response,
             noise,
             jpeg,
-            look: Look {
-                skin,
-                shine: None,
-                glasses,
-                hair,
-                hands,
-                build: None,
-            },
+            look: Look { skin, shine: None, glasses, hair, hands, build: None },
             reseated,
             sway,
             tracking: None,

@@ -21,10 +21,7 @@ impl Session<'_> {
         let bank_means = |weights: &[[f32; 3]]| {
             let mut means = vec![[0.0f32; 3]; counts.len()];
             for (weight, &bank) in weights.iter().zip(&self.dome.bank_of_lamp) {
-                means[bank]
-                    .iter_mut()
-                    .zip(weight)
-                    .for_each(|(m, w)| *m += w / counts[bank] as f32);
+                means[bank].iter_mut().zip(weight).for_each(|(m, w)| *m += w / counts[bank] as f32);
             }
             means
         };

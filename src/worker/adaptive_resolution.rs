@@ -38,11 +38,7 @@ pub enum Reduced {
 impl AdaptiveResolution {
     /// Pictures may take `budget_ms` milliseconds.
     pub fn within(budget_ms: f64) -> Self {
-        Self {
-            budget_ms,
-            factor: 1,
-            reduced: None,
-        }
+        Self { budget_ms, factor: 1, reduced: None }
     }
 
     /// The factor for the next picture while something moves.
@@ -78,12 +74,8 @@ impl AdaptiveResolution {
                     Reduced::Field(field, mask)
                 }
             };
-            self.reduced = Some(ReducedFrame {
-                of: of.clone(),
-                factor,
-                reduced,
-                reuse: Reuse::default(),
-            });
+            self.reduced =
+                Some(ReducedFrame { of: of.clone(), factor, reduced, reuse: Reuse::default() });
         }
         self.reduced.as_mut()
     }

@@ -62,11 +62,7 @@ impl<R: Request> Background<R> {
             }
         };
         let thread = std::thread::Builder::new().name(name.to_owned()).spawn(run);
-        Self {
-            mailbox,
-            stop,
-            thread: Some(thread.expect("the system starts threads")),
-        }
+        Self { mailbox, stop, thread: Some(thread.expect("the system starts threads")) }
     }
 
     /// True if such a request waits.
@@ -197,10 +193,7 @@ mod tests {
         [0, 4].into_iter().for_each(|by| divider.put(By(by)));
         let (request, answer) = answered.recv().unwrap();
         let sentence = answer.unwrap_err().to_string();
-        assert!(
-            request == 0 && sentence.contains("divide by zero"),
-            "{sentence}"
-        );
+        assert!(request == 0 && sentence.contains("divide by zero"), "{sentence}");
         assert!(sentence.contains("bug in Afterlight"), "{sentence}");
         assert_eq!(answered.recv().unwrap().1.unwrap(), 3);
     }
@@ -217,12 +210,7 @@ mod tests {
         [1, 3, 2].into_iter().for_each(|by| mailbox.put(By(by)));
         mailbox.close();
         let make = move || Divider { answers, rests: 0 };
-        drop(Background::start(
-            "divider",
-            mailbox,
-            Control::default(),
-            make,
-        ));
+        drop(Background::start("divider", mailbox, Control::default(), make));
         let done: Vec<u32> = answered.iter().map(|(request, _)| request).collect();
         assert_eq!(done, [3]);
     }

@@ -14,10 +14,7 @@ pub struct FieldCache {
 impl FieldCache {
     /// A cache of at most `budget_bytes`; one field is kept even where it is larger.
     pub fn new(budget_bytes: usize) -> Self {
-        Self {
-            budget_bytes,
-            frames: VecDeque::new(),
-        }
+        Self { budget_bytes, frames: VecDeque::new() }
     }
 
     /// Forgets all of them.
@@ -41,8 +38,7 @@ impl FieldCache {
 
     /// Keeps a field in place of an older one of the same frame.
     pub fn insert(&mut self, predicted: Arc<PredictedFrame>) {
-        self.frames
-            .retain(|p| p.frame.index != predicted.frame.index);
+        self.frames.retain(|p| p.frame.index != predicted.frame.index);
         self.frames.push_back(predicted);
         let mut held: usize = self.frames.iter().map(|p| bytes(p)).sum();
         while held > self.budget_bytes && self.frames.len() > 1 {

@@ -247,10 +247,7 @@ impl CalibrationStudy {
             blind_share: probe.blind_share,
             filled_share: probe.filled_share,
             lamps: (lamps.iter().flatten())
-                .map(|lamp| SeenLamp {
-                    on_ball: on_ball(lamp),
-                    lamp: lamp.clone(),
-                })
+                .map(|lamp| SeenLamp { on_ball: on_ball(lamp), lamp: lamp.clone() })
                 .collect(),
         })
     }
@@ -282,12 +279,7 @@ impl CalibrationStudy {
             exemplars.relit_cases = None;
         }
         let cases = exemplars.relit_cases();
-        let Exemplars {
-            study,
-            pose: shown_pose,
-            calibrated,
-            ..
-        } = &*exemplars;
+        let Exemplars { study, pose: shown_pose, calibrated, .. } = &*exemplars;
         let trial = trial.unwrap_or(*calibrated);
         let response = trial.response;
         let weights = study.weights(&response);
@@ -300,9 +292,7 @@ impl CalibrationStudy {
             frame,
             poses: project.settings.shoot.poses.clone(),
             pose: *shown_pose,
-            interview: (self.frame.as_ref())
-                .map(|(_, shown)| shown.clone())
-                .unwrap_or_default(),
+            interview: (self.frame.as_ref()).map(|(_, shown)| shown.clone()).unwrap_or_default(),
             relit: SrgbPicture::reduced(
                 &study.relit(&response, trial.exposure, &weights),
                 PICTURE_PX,
@@ -325,18 +315,12 @@ impl Exemplars {
         let study = GammaStudy::load(project, 0, progress)?;
         let (surface, curves) = {
             let fitted = study.fit(None, progress)?;
-            (
-                fitted.surface(SURFACE_STEPS, progress)?,
-                fitted.compare(progress)?,
-            )
+            (fitted.surface(SURFACE_STEPS, progress)?, fitted.compare(progress)?)
         };
         let plain = PROVISIONAL;
         let before = study.relit_histogram(&plain, 1.0, &study.weights(&plain));
         Ok(Self {
-            calibrated: Trial {
-                response: calibration.response,
-                exposure: calibration.exposure,
-            },
+            calibrated: Trial { response: calibration.response, exposure: calibration.exposure },
             deviation: calibration.gamma_deviation,
             cases: calibration.gamma_evidence.open_cases().to_vec(),
             relit_cases: None,
@@ -420,11 +404,7 @@ mod tests {
         let view = study.probe(None, None).unwrap();
         assert!(view.found.is_err());
         assert_eq!(view.circle.center_px, [48.0, 40.0]);
-        assert!(
-            view.findings[0].contains("Drag the circle"),
-            "{:?}",
-            view.findings
-        );
+        assert!(view.findings[0].contains("Drag the circle"), "{:?}", view.findings);
         let by_hand = Circle::new([47.0, 41.0], 36.0).unwrap();
         let view = study.probe(None, Some(by_hand)).unwrap();
         assert_eq!((view.circle, view.lamps.len()), (by_hand, 1));

@@ -14,18 +14,9 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq)]
 pub enum CalibrationRequest {
     /// The mirror ball under a lamp, or under the interview's light, within a circle, or the project's own.
-    Probe {
-        calibrations: u64,
-        photograph: Option<usize>,
-        circle: Option<Circle>,
-    },
+    Probe { calibrations: u64, photograph: Option<usize>, circle: Option<Circle> },
     /// A pose relit as an interview frame, by a response and an exposure, or the calibration's own.
-    Gamma {
-        calibrations: u64,
-        frame: usize,
-        pose: usize,
-        trial: Option<Trial>,
-    },
+    Gamma { calibrations: u64, frame: usize, pose: usize, trial: Option<Trial> },
 }
 
 /// An answer, or why there is none.
@@ -60,11 +51,7 @@ impl CalibrationThread {
             probe: to_probe,
             gamma: to_gamma,
         });
-        Self {
-            thread,
-            probe,
-            gamma,
-        }
+        Self { thread, probe, gamma }
     }
 
     /// Asks in place of whatever was asked before and is not begun.
@@ -90,21 +77,12 @@ impl Handler for Answering {
 
     fn work(&mut self, request: &mut CalibrationRequest) -> Result<View> {
         match *request {
-            CalibrationRequest::Probe {
-                calibrations,
-                photograph,
-                circle,
-            } => {
+            CalibrationRequest::Probe { calibrations, photograph, circle } => {
                 self.study.renew(calibrations);
                 let view = self.study.probe(photograph, circle)?;
                 Ok(View::Probe(Arc::new(view)))
             }
-            CalibrationRequest::Gamma {
-                calibrations,
-                frame,
-                pose,
-                trial,
-            } => {
+            CalibrationRequest::Gamma { calibrations, frame, pose, trial } => {
                 self.study.renew(calibrations);
                 let view = self.study.gamma(frame, pose, trial)?;
                 Ok(View::Gamma(Arc::new(view)))
@@ -134,17 +112,8 @@ mod tests {
         let thread = CalibrationThread::start(folder.path().to_path_buf(), move || {
             let _ = wake.send(());
         });
-        let probe = CalibrationRequest::Probe {
-            calibrations: 0,
-            photograph: None,
-            circle: None,
-        };
-        let gamma = CalibrationRequest::Gamma {
-            calibrations: 0,
-            frame: 0,
-            pose: 0,
-            trial: None,
-        };
+        let probe = CalibrationRequest::Probe { calibrations: 0, photograph: None, circle: None };
+        let gamma = CalibrationRequest::Gamma { calibrations: 0, frame: 0, pose: 0, trial: None };
         thread.thread.panic_next();
         thread.ask(probe.clone());
         woken.recv().unwrap();

@@ -83,7 +83,6 @@ impl Handler for Checking {
     }
 
     fn deliver(&mut self, _: CheckRequest, answer: Result<CheckReport>) {
-        self.answers
-            .put(answer.map(Arc::new).map_err(|e| e.to_string()));
+        self.answers.put(answer.map(Arc::new).map_err(|e| e.to_string()));
     }
 }

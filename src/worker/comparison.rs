@@ -93,25 +93,15 @@ impl RelitFrame<'_> {
                 let all = self.light.on(&olats.field, &olats.frame.mask);
                 let weights = self.solo.unwrap_or(all.weights);
                 let extra = extra(olats);
-                compose(
-                    &scene,
-                    &Ingredients {
-                        weights,
-                        extra,
-                        ..all
-                    },
-                )?
+                compose(&scene, &Ingredients { weights, extra, ..all })?
             }
             (Comparison::Light(environment, yaw_deg), _) => {
                 scene.yaw_deg = *yaw_deg;
                 self.in_light(&scene, environment, own_light)?
             }
             (Comparison::Look(view), _) => {
-                let mut scene = Scene {
-                    frame: scene.frame,
-                    output: Output::Display,
-                    ..view.scene.clone()
-                };
+                let mut scene =
+                    Scene { frame: scene.frame, output: Output::Display, ..view.scene.clone() };
                 scene.effects.inspection = self.scene.effects.inspection;
                 as_a_picture(&mut scene);
                 self.in_light(&scene, &view.environment, own_light)?
@@ -145,10 +135,7 @@ fn as_a_picture(scene: &mut Scene) {
 
 /// What a picture of this frame is made of besides: its plate.
 pub(super) fn extra(of: &PredictedFrame) -> Extra<'_> {
-    Extra {
-        plate: of.plate.as_deref(),
-        ..Extra::default()
-    }
+    Extra { plate: of.plate.as_deref(), ..Extra::default() }
 }
 
 /// The interview's frame at the exposure of a scene, and as that is looked at.
@@ -168,22 +155,13 @@ mod tests {
     fn a_plate_is_shown_at_the_scene_s_exposure() {
         let grey = Image::filled(2, 1, [0.25; 3]);
         let code = |stops| {
-            let scene = Scene {
-                exposure_stops: stops,
-                ..Scene::default()
-            };
+            let scene = Scene { exposure_stops: stops, ..Scene::default() };
             byte_from_unit(plate(&grey, &scene).0.pixels[0][0])
         };
         // sRGB of 1/4 and 1/2.
         assert_eq!((code(0.0), code(1.0)), (137, 188));
-        let viewing = Viewing {
-            exposure_stops: 1.0,
-            ..Viewing::default()
-        };
-        let scene = Scene {
-            viewing,
-            ..Scene::default()
-        };
+        let viewing = Viewing { exposure_stops: 1.0, ..Viewing::default() };
+        let scene = Scene { viewing, ..Scene::default() };
         let seen = byte_from_unit(plate(&grey, &scene).0.pixels[0][0]);
         assert_eq!(seen, 188, "it is looked at like the picture");
     }

@@ -77,11 +77,7 @@ impl ComparisonReader {
     fn truth(&self, folder: &Path, index: usize) -> Result<Prediction> {
         let truth = Truth::open(&self.project, folder)?;
         let (frame, plate) = self.frame(index)?;
-        Ok(Prediction {
-            frame,
-            plate: Some(plate),
-            field: field(&truth.olats(index)?),
-        })
+        Ok(Prediction { frame, plate: Some(plate), field: field(&truth.olats(index)?) })
     }
 
     fn checkpoint(&mut self, folder: &Path) -> Result<Arc<OlatPredictor>> {
@@ -92,8 +88,7 @@ impl ComparisonReader {
         let network = self.compute.guarded(open)?;
         let predictor = Arc::new(self.transfer.corrected_by(Some(network)));
         self.networks.truncate(1);
-        self.networks
-            .push_front((folder.to_path_buf(), predictor.clone()));
+        self.networks.push_front((folder.to_path_buf(), predictor.clone()));
         Ok(predictor)
     }
 

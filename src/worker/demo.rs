@@ -56,10 +56,7 @@ pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
     let mut project = if root.join("project.toml").exists() {
         Project::open(&root)?
     } else {
-        let settings = ImportSettings {
-            size: StageSettings::demo().size,
-            seed: 1,
-        };
+        let settings = ImportSettings { size: StageSettings::demo().size, seed: 1 };
         let project = import(&root, &shoot, &settings, progress)?;
         let plate = dimensions(&project.frame_picture(0))?;
         Project::change(&root, |project| project.frame(Framing::whole(plate)))?;
@@ -114,12 +111,8 @@ pub fn run(
     let network = measure(Method::Network, None)?;
     let ratio = measure(Method::Ratio, None)?;
     let clip = folder.join("relit.mp4");
-    let environment = project
-        .settings
-        .shoot
-        .environments
-        .first()
-        .map_or(String::new(), |e| e.name.clone());
+    let environment =
+        project.settings.shoot.environments.first().map_or(String::new(), |e| e.name.clone());
     let relight = relight(
         &project,
         &RelightSettings {
@@ -245,9 +238,7 @@ fn quality(network: &BTreeMap<String, f64>, ratio: &BTreeMap<String, f64>) -> St
 /// The program as it was called, so that what is printed can be run.
 fn program() -> String {
     let called = std::env::args_os().next().filter(|name| !name.is_empty());
-    called.map_or("afterlight".into(), |name| {
-        name.to_string_lossy().into_owned()
-    })
+    called.map_or("afterlight".into(), |name| name.to_string_lossy().into_owned())
 }
 
 #[cfg(test)]

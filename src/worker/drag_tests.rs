@@ -8,9 +8,8 @@ use imaging::resample::resize;
 /// A ball under two lamps, on 64 × 64 pixels.
 fn ball(index: usize) -> (Frame, Field) {
     let side = |x: usize| (x as f32 + 0.5) / 32.0 - 1.0;
-    let mask = Mask::from_fn(64, 64, |x, y| {
-        ((0.8 - side(x).hypot(side(y))) * 32.0).clamp(0.0, 1.0)
-    });
+    let mask =
+        Mask::from_fn(64, 64, |x, y| ((0.8 - side(x).hypot(side(y))) * 32.0).clamp(0.0, 1.0));
     let olat =
         |turn: f32| Image::from_fn(64, 64, |x, _| [(0.6 + turn * side(x)).max(0.0) * 0.5; 3]);
     let field = ReflectanceField::from_olats(&[olat(-1.0), olat(1.0)]);
@@ -40,28 +39,16 @@ fn shown(worker: &Worker, yaw_deg: f32, coarse: impl Fn(usize) -> bool) -> Arc<P
 }
 
 fn drag(worker: &Worker, yaw_deg: f32, light: &Arc<Environment>) {
-    worker.show(PreviewRequest {
-        moving: true,
-        ..ask(0, yaw_deg, light)
-    });
+    worker.show(PreviewRequest { moving: true, ..ask(0, yaw_deg, light) });
 }
 
 /// The codes at the picture's full size, interpolated between pixels.
 fn enlarged(relit: &PreviewPicture) -> Vec<u8> {
     let [width, height] = relit.rgb_size;
     let pixels = relit.rgb.as_chunks::<3>().0.iter();
-    let codes = Image {
-        width,
-        height,
-        pixels: pixels.map(|pixel| pixel.map(f32::from)).collect(),
-    };
+    let codes = Image { width, height, pixels: pixels.map(|pixel| pixel.map(f32::from)).collect() };
     let codes = resize(&codes, relit.width, relit.height);
-    codes
-        .pixels
-        .iter()
-        .flatten()
-        .map(|v| v.round() as u8)
-        .collect()
+    codes.pixels.iter().flatten().map(|v| v.round() as u8).collect()
 }
 
 /// No picture is quick enough, or every one is.
@@ -142,10 +129,7 @@ fn a_drag_has_no_queue() {
         pictures.push(relit.scene.yaw_deg);
     }
     assert!(pictures.len() <= before + 2);
-    assert!(
-        pictures.is_sorted(),
-        "an older picture never follows a newer one: {pictures:?}"
-    );
+    assert!(pictures.is_sorted(), "an older picture never follows a newer one: {pictures:?}");
 }
 
 #[test]
@@ -172,26 +156,13 @@ fn a_scrub_shows_the_nearest_frame_at_hand_and_then_the_one_it_rests_on() {
 pub(crate) fn filmed(index: usize) -> Prediction {
     let (frame, field) = ball(index);
     let stripes = |x: usize, _| [if (x / 2).is_multiple_of(2) { 0.6 } else { 0.3 }; 3];
-    let square = PlateSquare {
-        x: 0.0,
-        y: 40.0,
-        side: 320.0,
-    };
+    let square = PlateSquare { x: 0.0, y: 40.0, side: 320.0 };
     let matte = Mask::from_fn(320, 401, |x, y| match y.checked_sub(40) {
         Some(y) if y < 320 => frame.mask.at(x / 5, y / 5),
         _ => 0.0,
     });
-    let plate = Plate::new(
-        Image::from_fn(320, 401, stripes),
-        matte,
-        square,
-        &frame.mask,
-    );
-    Prediction {
-        frame,
-        plate: Some(plate.unwrap()),
-        field,
-    }
+    let plate = Plate::new(Image::from_fn(320, 401, stripes), matte, square, &frame.mask);
+    Prediction { frame, plate: Some(plate.unwrap()), field }
 }
 
 #[test]
@@ -214,10 +185,7 @@ fn a_drag_shows_the_plate_smaller_and_then_all_of_it() {
     worker.show(ask(0, 40.0, &light));
     let full = shown(&worker, 40.0, |coarse| coarse == 1);
     assert_eq!(full.rgb_size, [320, 401]);
-    assert_eq!(
-        coarse.codes([319, 400]).is_some(),
-        full.codes([319, 400]).is_some()
-    );
+    assert_eq!(coarse.codes([319, 400]).is_some(), full.codes([319, 400]).is_some());
     assert_eq!((full.codes([320, 0]), full.codes([0, 401])), (None, None));
     // The stripes are the plate's.
     let [bright, dark] = [[160, 200], [162, 200]].map(|at| full.codes(at).unwrap()[1]);
@@ -225,10 +193,7 @@ fn a_drag_shows_the_plate_smaller_and_then_all_of_it() {
     assert_eq!(full.predicted.working_pixel([160, 200]), Some([32, 32]));
     assert_eq!(full.predicted.working_pixel([160, 20]), None);
     // What it is compared with has the same size: the plate as it was filmed.
-    worker.show(PreviewRequest {
-        second: Some(Comparison::Plate),
-        ..ask(0, 40.0, &light)
-    });
+    worker.show(PreviewRequest { second: Some(Comparison::Plate), ..ask(0, 40.0, &light) });
     let compared = wait_for(|| worker.relit().filter(|relit| relit.second.is_some()));
     let (_, plate) = compared.second.as_ref().unwrap();
     assert_eq!((plate.width, plate.height), (320, 401));

@@ -134,11 +134,7 @@ mod tests {
     use super::*;
 
     fn named(file: PathBuf) -> NamedEnvironment {
-        NamedEnvironment {
-            name: "any".to_owned(),
-            file,
-            front: None,
-        }
+        NamedEnvironment { name: "any".to_owned(), file, front: None }
     }
 
     #[test]
@@ -153,10 +149,7 @@ mod tests {
         writer.keep(vec![named(first.clone())]);
         woken.recv().unwrap();
         let said: Vec<String> = writer.failures().collect();
-        assert!(
-            said.len() == 1 && said[0].contains("on purpose"),
-            "{said:?}"
-        );
+        assert!(said.len() == 1 && said[0].contains("on purpose"), "{said:?}");
         // The next list still brings what the failed one did not.
         writer.keep(vec![named(first.clone())]);
         writer.settled().recv().unwrap();
@@ -164,9 +157,6 @@ mod tests {
         assert_eq!(environments(), 1);
         writer.keep(vec![named(first), named(second)]);
         drop(writer);
-        assert_eq!(
-            Project::open(folder.path()).unwrap().environments().len(),
-            2
-        );
+        assert_eq!(Project::open(folder.path()).unwrap().environments().len(), 2);
     }
 }

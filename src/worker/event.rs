@@ -118,9 +118,7 @@ mod tests {
         };
         unread.push(Event::Started { what: "training" });
         (1..=100_000).for_each(|step| unread.push(Event::Report(Report::Training(point(step)))));
-        let finished = Event::Finished {
-            sentence: "trained".to_owned(),
-        };
+        let finished = Event::Finished { sentence: "trained".to_owned() };
         unread.push(finished.clone());
         let events = unread.take();
         assert!(events.len() <= MOST_POINTS + 2);
@@ -141,9 +139,7 @@ mod tests {
                 note: String::new(),
             })
         };
-        let finished = Event::Finished {
-            sentence: "trained".to_owned(),
-        };
+        let finished = Event::Finished { sentence: "trained".to_owned() };
         unread.push(Event::Started { what: "training" });
         (0..1000).for_each(|done| unread.push(step(done)));
         unread.push(finished.clone());

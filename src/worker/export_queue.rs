@@ -64,11 +64,7 @@ impl ExportQueue {
         let mut state = self.0.lock();
         state.given += 1;
         let id = state.given;
-        state.exports.push(Export {
-            id,
-            name,
-            status: ExportStatus::Waiting,
-        });
+        state.exports.push(Export { id, name, status: ExportStatus::Waiting });
         state.waiting.push_back((id, write));
         id
     }
@@ -81,9 +77,7 @@ impl ExportQueue {
     pub fn remove(&self, id: u64) {
         let mut state = self.0.lock();
         state.waiting.retain(|(waiting, _)| *waiting != id);
-        state
-            .exports
-            .retain(|export| export.id != id || export.status == ExportStatus::Running);
+        state.exports.retain(|export| export.id != id || export.status == ExportStatus::Running);
     }
 
     pub fn waits(&self) -> bool {

@@ -37,10 +37,7 @@ fn told_export(worker: &Worker, name: &str) -> (u64, Sender<()>) {
 
 fn status(worker: &Worker, id: u64) -> Option<ExportStatus> {
     let exports = worker.exports().into_iter();
-    exports
-        .map(|e| (e.id, e.status))
-        .find(|(i, _)| *i == id)
-        .map(|(_, s)| s)
+    exports.map(|e| (e.id, e.status)).find(|(i, _)| *i == id).map(|(_, s)| s)
 }
 
 fn wait_until(worker: &Worker, id: u64, wanted: impl Fn(&ExportStatus) -> bool) -> ExportStatus {
@@ -56,19 +53,11 @@ fn exports_are_written_one_after_the_other_and_behind_the_running_job() {
     drop(tell_second);
     // Time for one that does not wait its turn.
     std::thread::sleep(Duration::from_millis(50));
-    assert!(
-        worker
-            .exports()
-            .iter()
-            .all(|e| e.status == ExportStatus::Waiting)
-    );
+    assert!(worker.exports().iter().all(|e| e.status == ExportStatus::Waiting));
     drop(job);
     wait_until(&worker, first, |s| *s == ExportStatus::Running);
     let refused = worker.work("another", |_| Ok(String::new()));
-    assert!(
-        matches!(refused, Err(Error::Busy { .. })),
-        "an export is running"
-    );
+    assert!(matches!(refused, Err(Error::Busy { .. })), "an export is running");
     assert_eq!(worker.running_job(), None, "an export is no job");
     assert_eq!(status(&worker, second), Some(ExportStatus::Waiting));
     for _ in 0..3 {
@@ -92,26 +81,14 @@ fn a_cancelled_export_says_what_is_kept_and_the_next_one_is_written() {
     drop((tell_full, tell_gone));
     wait_until(&worker, first, |s| *s == ExportStatus::Running);
     tell_first.send(()).unwrap();
-    let one = |e: &Event| {
-        matches!(
-            e,
-            Event::Report(base::progress::Report::Step { done: 1, .. })
-        )
-    };
+    let one = |e: &Event| matches!(e, Event::Report(base::progress::Report::Step { done: 1, .. }));
     wait_for_event(&worker, one);
     worker.withdraw(first);
-    assert_eq!(
-        status(&worker, first),
-        Some(ExportStatus::Running),
-        "it is running"
-    );
+    assert_eq!(status(&worker, first), Some(ExportStatus::Running), "it is running");
     worker.withdraw(gone);
     worker.cancel();
     let said = wait_until(&worker, first, |s| matches!(s, ExportStatus::Cancelled(_)));
-    assert!(
-        said.sentence().unwrap().contains("1 frames are kept"),
-        "{said:?}"
-    );
+    assert!(said.sentence().unwrap().contains("1 frames are kept"), "{said:?}");
     let said = wait_until(&worker, full, |s| matches!(s, ExportStatus::Failed(_)));
     assert!(said.sentence().unwrap().contains("Make room"), "{said:?}");
     assert_eq!(status(&worker, gone), None);

@@ -29,10 +29,7 @@ use virtual_stage::StageSettings;
 #[derive(Clone, Debug)]
 pub enum Job {
     /// Trace a shoot with the virtual stage into `folder`.
-    Stage {
-        folder: PathBuf,
-        settings: StageSettings,
-    },
+    Stage { folder: PathBuf, settings: StageSettings },
     /// Make a project in `project` that points at the shoot in `shoot`.
     Import {
         project: PathBuf,
@@ -44,28 +41,16 @@ pub enum Job {
         name: Option<String>,
     },
     /// Change which environments the project in `project` has, and which way is front in them.
-    Environments {
-        project: PathBuf,
-        change: EnvironmentChange,
-    },
+    Environments { project: PathBuf, change: EnvironmentChange },
     /// Make a light probe of photographs of a mirror ball.
     Develop { settings: Box<DevelopSettings> },
     /// Find lamps, weights and camera response of the project in `project`.
-    Calibrate {
-        project: PathBuf,
-        settings: CalibrateSettings,
-    },
+    Calibrate { project: PathBuf, settings: CalibrateSettings },
     /// Say how far the project in `project` can be trusted, under these environments: names or files; all of the
     /// project's if there are none.
-    Check {
-        project: PathBuf,
-        environments: Vec<PathBuf>,
-    },
+    Check { project: PathBuf, environments: Vec<PathBuf> },
     /// Train the network of the project in `project`.
-    Train {
-        project: PathBuf,
-        settings: TrainSettings,
-    },
+    Train { project: PathBuf, settings: TrainSettings },
     /// Replace the checkpoint of the project in `project` by an earlier one, named by its step or its folder.
     GoBack { project: PathBuf, to: String },
     /// Replace the checkpoint of the project in `project` by that of its copy in `from`, which was trained elsewhere.
@@ -78,11 +63,7 @@ pub enum Job {
         chunks: ChunkSettings,
     },
     /// Write a job for a farm that trains the networks of these projects.
-    FarmTrain {
-        projects: Vec<PathBuf>,
-        trainings: Vec<Training>,
-        farm: FarmSettings,
-    },
+    FarmTrain { projects: Vec<PathBuf>, trainings: Vec<Training>, farm: FarmSettings },
     /// Relight frames of the job in `job`, as a worker of a farm. `shoot` is where the footage is, if not where it was.
     FarmChunk {
         job: PathBuf,
@@ -93,54 +74,25 @@ pub enum Job {
     /// Train a network of the job in `job`, as a worker of a farm.
     FarmTask { job: PathBuf, task: usize },
     /// Check the frames of the job in `job` and make its movie.
-    FarmAssemble {
-        job: PathBuf,
-        shoot: Option<PathBuf>,
-    },
+    FarmAssemble { job: PathBuf, shoot: Option<PathBuf> },
     /// Relight the interview and write it.
-    Relight {
-        project: PathBuf,
-        settings: Box<RelightSettings>,
-    },
+    Relight { project: PathBuf, settings: Box<RelightSettings> },
     /// Measure against a truth.
-    Evaluate {
-        project: PathBuf,
-        settings: EvaluateSettings,
-    },
+    Evaluate { project: PathBuf, settings: EvaluateSettings },
     /// Compare every predicted OLAT with its truth.
-    Review {
-        project: PathBuf,
-        settings: ReviewSettings,
-    },
+    Review { project: PathBuf, settings: ReviewSettings },
     /// Write a page that compares methods blindly, with its key in the project in `project`.
-    Blind {
-        project: PathBuf,
-        settings: BlindSettings,
-    },
+    Blind { project: PathBuf, settings: BlindSettings },
     /// Collect the answers in `files` in the project in `project`, and count all that it has.
-    Answers {
-        project: PathBuf,
-        files: Vec<PathBuf>,
-    },
+    Answers { project: PathBuf, files: Vec<PathBuf> },
     /// Find out how far predictions for the project in `project` can be trusted.
-    Confidence {
-        project: PathBuf,
-        settings: ConfidenceSettings,
-    },
+    Confidence { project: PathBuf, settings: ConfidenceSettings },
     /// Measure what accuracy costs in time on the project in `project`.
-    Tradeoff {
-        project: PathBuf,
-        settings: Box<TradeoffSettings>,
-    },
+    Tradeoff { project: PathBuf, settings: Box<TradeoffSettings> },
     /// Make the project in `project` use the network of a rung that was measured.
     Apply { project: PathBuf, rung: String },
     /// Run the demo in `folder`, or only make its project. Its training ends after `minutes`, including earlier runs.
-    Demo {
-        folder: PathBuf,
-        prepare: bool,
-        minutes: f64,
-        device: DeviceChoice,
-    },
+    Demo { folder: PathBuf, prepare: bool, minutes: f64, device: DeviceChoice },
     /// Measure what this machine can do. `program` is started for each measure.
     Device {
         program: PathBuf,
@@ -151,15 +103,9 @@ pub enum Job {
     /// Write the project's network small, to be kept or handed on.
     Pack { project: PathBuf, to: PathBuf },
     /// Use another square of the project's pictures.
-    Frame {
-        project: PathBuf,
-        settings: FrameSettings,
-    },
+    Frame { project: PathBuf, settings: FrameSettings },
     /// Make the mattes that the shoot of the project in `project` lacks, or all of the project's own again.
-    Matte {
-        project: PathBuf,
-        settings: MatteSettings,
-    },
+    Matte { project: PathBuf, settings: MatteSettings },
 }
 
 /// What a training is called while it runs.
@@ -240,8 +186,6 @@ impl Job {
     pub fn lock(&self) -> Result<Option<Lock>> {
         // A project that is not there yet is nobody's.
         let there = self.writes().filter(|project| project.is_dir());
-        there
-            .map(|project| Lock::take(&project, self.what()))
-            .transpose()
+        there.map(|project| Lock::take(&project, self.what())).transpose()
     }
 }

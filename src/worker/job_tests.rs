@@ -7,10 +7,7 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
     let (opened, openings) = channel();
     let open = move || {
         opened.send(()).unwrap();
-        Err(Blocked {
-            sentence: "no calibration".to_owned(),
-            need: Some(Need::Calibration),
-        })
+        Err(Blocked { sentence: "no calibration".to_owned(), need: Some(Need::Calibration) })
     };
     let worker = Worker::over(open, || {});
     openings.recv_timeout(PATIENCE).unwrap();
@@ -26,20 +23,14 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
     let mut events = Vec::new();
     wait_for(|| {
         events.extend(worker.events());
-        let blocked = events
-            .iter()
-            .filter(|e| matches!(e, Event::Blocked(_)))
-            .count();
+        let blocked = events.iter().filter(|e| matches!(e, Event::Blocked(_))).count();
         (blocked == 2).then_some(())
     });
     let said = events.iter().find_map(|e| match e {
         Event::Finished { sentence } => Some(sentence.clone()),
         _ => None,
     });
-    assert!(
-        said.unwrap().contains("no/such/shoot"),
-        "the failure is a sentence"
-    );
+    assert!(said.unwrap().contains("no/such/shoot"), "the failure is a sentence");
     assert!(events.iter().any(|e| matches!(e, Event::Started { .. })));
 }
 
@@ -52,10 +43,7 @@ fn frames_are_predicted_while_a_job_runs() {
         worker.show(ask(frame, 0.0, &light));
         wait_for(|| worker.relit().filter(|r| r.scene.frame == frame));
     }
-    assert_eq!(
-        begun.try_iter().collect::<Vec<_>>(),
-        [(1, 0), (1, 1), (1, 2)]
-    );
+    assert_eq!(begun.try_iter().collect::<Vec<_>>(), [(1, 0), (1, 1), (1, 2)]);
     assert!(!worker.events().any(|event| is_finished(&event)));
     drop(job);
     wait_for_event(&worker, is_finished);
@@ -71,21 +59,12 @@ fn what_is_shown_is_predicted_anew_by_each_network_that_is_saved() {
     worker.show(ask(0, 0.0, &light));
     let before = wait_for(|| worker.relit().filter(|r| r.scene.frame == 0));
     assert_eq!(before.frames_at_hand.len(), 2);
-    let opened = |n: usize| {
-        move |e: &Event| {
-            *e == Event::Ready {
-                device: format!("opening {n}"),
-            }
-        }
-    };
+    let opened = |n: usize| move |e: &Event| *e == Event::Ready { device: format!("opening {n}") };
     wait_for_event(&worker, opened(1));
 
     job.send(|progress| progress.saved()).unwrap();
     let events = wait_for_event(&worker, opened(2));
-    assert!(
-        !events.contains(&Event::Opening),
-        "nothing is missing meanwhile"
-    );
+    assert!(!events.contains(&Event::Opening), "nothing is missing meanwhile");
     let after = wait_for(|| worker.relit());
     assert_eq!(after.scene, before.scene);
     assert!(
@@ -99,10 +78,7 @@ fn what_is_shown_is_predicted_anew_by_each_network_that_is_saved() {
     );
     worker.show(ask(1, 0.0, &light));
     wait_for(|| worker.relit().filter(|r| r.scene.frame == 1));
-    assert_eq!(
-        begun.try_iter().collect::<Vec<_>>(),
-        [(1, 1), (1, 0), (2, 0), (2, 1)]
-    );
+    assert_eq!(begun.try_iter().collect::<Vec<_>>(), [(1, 1), (1, 0), (2, 0), (2, 1)]);
 }
 
 #[test]
@@ -166,9 +142,7 @@ fn a_paused_job_can_be_stopped() {
     job.send(|progress| progress.wait_while_paused()).unwrap();
     worker.cancel();
     let events = wait_for_event(&worker, is_finished);
-    assert!(events.contains(&Event::Finished {
-        sentence: "stopped".to_owned()
-    }));
+    assert!(events.contains(&Event::Finished { sentence: "stopped".to_owned() }));
 }
 
 #[test]
@@ -178,10 +152,7 @@ fn a_job_is_not_taken_twice() {
     assert_eq!(worker.running_job(), Some("doing as told"));
     let refused = worker.work("another", |_| Ok(String::new()));
     assert!(matches!(refused, Err(Error::Busy { .. })), "{refused:?}");
-    assert_eq!(
-        refused.unwrap_err().to_string(),
-        worker.idle().unwrap_err().to_string()
-    );
+    assert_eq!(refused.unwrap_err().to_string(), worker.idle().unwrap_err().to_string());
     drop(job);
     wait_for_event(&worker, is_finished);
     assert_eq!(worker.running_job(), None);
@@ -195,17 +166,12 @@ fn a_job_is_not_taken_twice() {
 fn a_job_that_may_not_write_is_refused_with_the_reason_and_others_run() {
     let (mut worker, _begun) = fading_worker(|_| false);
     worker.refuse_writes("Another studio has it open".to_owned());
-    let refused = worker.run(Job::GoBack {
-        project: PathBuf::from("film"),
-        to: "1".to_owned(),
-    });
+    let refused = worker.run(Job::GoBack { project: PathBuf::from("film"), to: "1".to_owned() });
     let sentence = refused.unwrap_err().to_string();
     assert_eq!(sentence, "Read-only. Another studio has it open");
     assert_eq!(worker.running_job(), None);
-    let reads = Job::Pack {
-        project: PathBuf::from("no/such/project"),
-        to: PathBuf::from("network"),
-    };
+    let reads =
+        Job::Pack { project: PathBuf::from("no/such/project"), to: PathBuf::from("network") };
     worker.run(reads).unwrap();
     wait_for_event(&worker, is_finished);
 }

@@ -71,10 +71,7 @@ impl CurrentJob {
             return Err(Error::busy("The project is closing", "Open it again"));
         }
         let control = Control::default();
-        current.running = Some(Running {
-            job,
-            control: control.clone(),
-        });
+        current.running = Some(Running { job, control: control.clone() });
         Ok(control)
     }
 
@@ -115,10 +112,7 @@ impl Current {
     fn idle(&self) -> Result<()> {
         match self.running {
             None => Ok(()),
-            Some(_) => Err(Error::busy(
-                "Another job is running",
-                "Wait until it ends, or stop it",
-            )),
+            Some(_) => Err(Error::busy("Another job is running", "Wait until it ends, or stop it")),
         }
     }
 }
@@ -185,9 +179,7 @@ impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
             (self.tell)(Event::Report(report));
         };
         let show = |pictures| self.pictures.put(Arc::new(pictures));
-        let progress = Progress::new(&report, task.control.clone())
-            .with_pictures(&show)
-            .attended();
+        let progress = Progress::new(&report, task.control.clone()).with_pictures(&show).attended();
         action(&progress).map(Done::Job)
     }
 

@@ -17,10 +17,7 @@ impl<T> std::fmt::Debug for Latest<T> {
 impl<T> Latest<T> {
     /// An empty slot that calls `wake` after each [`Self::put`].
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
-        Self {
-            slot: Mutex::new(None),
-            wake: Box::new(wake),
-        }
+        Self { slot: Mutex::new(None), wake: Box::new(wake) }
     }
 
     /// Replaces the value and calls `wake`.

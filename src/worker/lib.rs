@@ -175,12 +175,7 @@ impl Worker {
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
-        Self::within(
-            adaptive_resolution::WINDOW_FRAME_MS,
-            relighter::STILL,
-            open,
-            wake,
-        )
+        Self::within(adaptive_resolution::WINDOW_FRAME_MS, relighter::STILL, open, wake)
     }
 
     /// [`Self::over`], with what a picture may take in milliseconds while something moves, and how long a drag
@@ -207,13 +202,8 @@ impl Worker {
             let tell = tell.clone();
             move || Network::new(open, own, relighter, tell)
         };
-        let relighter = Relighter::new(
-            to_network.clone(),
-            relit.clone(),
-            tell.clone(),
-            budget_ms,
-            rest,
-        );
+        let relighter =
+            Relighter::new(to_network.clone(), relit.clone(), tell.clone(), budget_ms, rest);
         let current_job = job_thread::CurrentJob::default();
         let queue = export_queue::ExportQueue::default();
         let jobs = JobThread {
@@ -241,8 +231,7 @@ impl Worker {
 
     /// Asks for a picture in place of any that was asked for before and is not begun.
     pub fn show(&self, request: PreviewRequest) {
-        self.relighter
-            .put(RelighterRequest::Show(Box::new(request)));
+        self.relighter.put(RelighterRequest::Show(Box::new(request)));
     }
 
     /// The newest picture, once.
@@ -302,9 +291,7 @@ impl Worker {
         if job.writes().is_some() {
             self.writable()?;
         }
-        self.work(job.what(), move |progress| {
-            job.run(progress).map(|outcome| outcome.sentence())
-        })
+        self.work(job.what(), move |progress| job.run(progress).map(|outcome| outcome.sentence()))
     }
 
     /// Begins any long action as [`Self::run`] begins a job. `what` says what is being done, and the action
@@ -318,11 +305,7 @@ impl Worker {
         action: impl FnOnce(&Progress) -> Result<String, Error> + Send + 'static,
     ) -> Result<(), Error> {
         let control = self.current_job.begin(Some(what))?;
-        self.jobs.put(JobRequest::Run(Task {
-            what,
-            control,
-            action: Some(Box::new(action)),
-        }));
+        self.jobs.put(JobRequest::Run(Task { what, control, action: Some(Box::new(action)) }));
         Ok(())
     }
 

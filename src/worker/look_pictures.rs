@@ -51,11 +51,8 @@ impl LookPictures {
                 *made = Made::default();
                 continue;
             };
-            let scene = Scene {
-                frame: request.scene.frame,
-                output: Output::Display,
-                ..view.scene.clone()
-            };
+            let scene =
+                Scene { frame: request.scene.frame, output: Output::Display, ..view.scene.clone() };
             let is_made = made.of.as_ref().is_some_and(|(of, frame, table)| {
                 of == view && Arc::ptr_eq(frame, predicted) && *table == through
             });

@@ -29,15 +29,8 @@ impl<Question: Send + 'static, Answer: Send + 'static> Lookup<Question, Answer> 
         find: impl FnMut(&Question) -> Result<Answer> + Send + 'static,
     ) -> Self {
         let (send, answers) = channel();
-        let thread = Background::spawn("lookup", move |_| Answering {
-            find,
-            answers: send,
-            wake,
-        });
-        Self {
-            thread: thread.detached(),
-            answers,
-        }
+        let thread = Background::spawn("lookup", move |_| Answering { find, answers: send, wake });
+        Self { thread: thread.detached(), answers }
     }
 
     /// Asks in place of what was asked before and is not begun.

@@ -22,9 +22,7 @@ fn worker_on(device: &wgpu::Device, queue: &wgpu::Queue) -> Worker {
         let there = !passes.is_lost();
         let predict = move |index| {
             let (frame, field) = predicted(index);
-            let Field::Memory(olats) = &field else {
-                unreachable!()
-            };
+            let Field::Memory(olats) = &field else { unreachable!() };
             if !there {
                 return Ok((frame, field).into());
             }
@@ -65,9 +63,7 @@ fn pictures_go_on_in_memory_when_the_gpu_is_lost() {
         assert!(matches!(*here.predicted.field, Field::Memory(_)));
         assert_eq!(here.rgb.len(), there.rgb.len());
         let said: Vec<Event> = worker.events().collect();
-        let ready = |device: &str| Event::Ready {
-            device: device.to_owned(),
-        };
+        let ready = |device: &str| Event::Ready { device: device.to_owned() };
         let sentence = Error::GpuLost.to_string();
         for wanted in [ready("GPU"), Event::Failed { sentence }, ready("CPU")] {
             assert!(said.contains(&wanted), "{wanted:?} is not in {said:?}");

@@ -38,10 +38,7 @@ impl<R: Request> Mailbox<R> {
     /// An empty one.
     pub fn new() -> Arc<Self> {
         Arc::new(Self {
-            waiting: Mutex::new(Waiting {
-                requests: VecDeque::new(),
-                closed: false,
-            }),
+            waiting: Mutex::new(Waiting { requests: VecDeque::new(), closed: false }),
             changed: Condvar::new(),
             #[cfg(test)]
             fault: Default::default(),
@@ -83,9 +80,7 @@ impl<R: Request> Mailbox<R> {
     /// once the mailbox is closed and empty.
     pub fn next(&self, rest: Option<(Duration, R)>) -> Option<R> {
         // A time too long to be told is as long as it takes.
-        let until = rest
-            .as_ref()
-            .and_then(|(wait, _)| Instant::now().checked_add(*wait));
+        let until = rest.as_ref().and_then(|(wait, _)| Instant::now().checked_add(*wait));
         let mut waiting = self.waiting.lock();
         loop {
             if let Some(request) = waiting.requests.pop_front() {
@@ -149,9 +144,7 @@ mod tests {
     #[test]
     fn the_newest_of_each_lane_waits_and_lower_lanes_come_first() {
         let mailbox = Mailbox::<u32>::new();
-        [21, 11, 100, 22, 101, 1, 23, 12]
-            .into_iter()
-            .for_each(|request| mailbox.put(request));
+        [21, 11, 100, 22, 101, 1, 23, 12].into_iter().for_each(|request| mailbox.put(request));
         assert_eq!(all(&mailbox), [1, 12, 23, 100, 101]);
     }
 

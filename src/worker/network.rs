@@ -43,21 +43,12 @@ impl<Open, Tell> Network<Open, Tell> {
         relighter: Arc<Mailbox<RelighterRequest>>,
         tell: Tell,
     ) -> Self {
-        Self {
-            open,
-            source: None,
-            generation: 0,
-            own,
-            relighter,
-            tell,
-        }
+        Self { open, source: None, generation: 0, own, relighter, tell }
     }
 
     /// The source, if it is of that generation.
     fn source(&mut self, generation: u64) -> Option<&mut Source> {
-        self.source
-            .as_mut()
-            .filter(|_| generation == self.generation)
+        self.source.as_mut().filter(|_| generation == self.generation)
     }
 
     fn predict(&mut self, request: FrameRequest) -> Result<Done> {
@@ -103,18 +94,14 @@ where
                     Err(blocked) => return Ok(Done::Blocked(blocked)),
                 };
                 self.generation += 1;
-                let opened = OpenedSource {
-                    generation: self.generation,
-                    rig: Arc::new(source.rig.clone()),
-                };
+                let opened =
+                    OpenedSource { generation: self.generation, rig: Arc::new(source.rig.clone()) };
                 if let Some(later) = source.later.take() {
                     let (own, tell) = (self.own.clone(), self.tell.clone());
                     std::thread::spawn(move || match later() {
                         Ok(true) => own.put(NetworkRequest::Open),
                         Ok(false) => {}
-                        Err(e) => tell(Event::Failed {
-                            sentence: e.to_string(),
-                        }),
+                        Err(e) => tell(Event::Failed { sentence: e.to_string() }),
                     });
                 }
                 let device = source.device.clone();
@@ -134,8 +121,7 @@ where
                 (self.tell)(Event::Ready { device });
             }
             Ok(Done::Predicted(frame)) => {
-                self.relighter
-                    .put(RelighterRequest::Predicted(Arc::new(frame)));
+                self.relighter.put(RelighterRequest::Predicted(Arc::new(frame)));
             }
             Ok(Done::Compared(side, found)) => {
                 self.relighter.put(RelighterRequest::Compared(side, found));
@@ -145,10 +131,7 @@ where
             Ok(Done::Blocked(blocked)) if self.source.is_some() => failed(blocked.sentence),
             Ok(Done::Blocked(blocked)) => (self.tell)(Event::Blocked(blocked)),
             Err(e) if matches!(request, NetworkRequest::Open) && self.source.is_none() => {
-                (self.tell)(Event::Blocked(Blocked {
-                    sentence: e.to_string(),
-                    need: None,
-                }));
+                (self.tell)(Event::Blocked(Blocked { sentence: e.to_string(), need: None }));
             }
             Err(e) => {
                 failed(e.to_string());

@@ -168,9 +168,6 @@ fn calibrated<S: Serializer>(found: &Calibration, to: S) -> std::result::Result<
     }
     let response = &found.response;
     let has_exponents = response.exponents().is_some();
-    Figures {
-        nearest: (!has_exponents).then(|| response.nearest_dual_gamma().0),
-        found,
-    }
-    .serialize(to)
+    Figures { nearest: (!has_exponents).then(|| response.nearest_dual_gamma().0), found }
+        .serialize(to)
 }

@@ -79,10 +79,7 @@ fn an_export_that_panics_has_failed_and_the_next_is_written() {
             sentence: "written".to_owned(),
         })
     });
-    assert!(matches!(
-        said(&worker),
-        Event::Exported(ExportStatus::Failed(_))
-    ));
+    assert!(matches!(said(&worker), Event::Exported(ExportStatus::Failed(_))));
     let exports = wait_for(|| {
         let exports = worker.exports();
         let over = exports.iter().all(|e| e.status.sentence().is_some());

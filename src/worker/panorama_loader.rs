@@ -198,18 +198,8 @@ mod tests {
         loader.load(Origin::File(good));
         (0..2).for_each(|_| woken.recv().unwrap());
         let loaded: Vec<_> = loader.loaded().collect();
-        assert!(
-            loaded[0]
-                .1
-                .as_ref()
-                .unwrap_err()
-                .to_string()
-                .contains("missing.exr")
-        );
-        assert_eq!(
-            loaded[1].1.as_ref().unwrap().environment.radiance.size(),
-            (8, 4)
-        );
+        assert!(loaded[0].1.as_ref().unwrap_err().to_string().contains("missing.exr"));
+        assert_eq!(loaded[1].1.as_ref().unwrap().environment.radiance.size(), (8, 4));
     }
 
     #[test]

@@ -155,20 +155,14 @@ impl PreviewInputs {
             && Arc::ptr_eq(&self.predicted, &other.predicted)
             && olats(self) == olats(other)
             && Arc::ptr_eq(&mine.environment, &theirs.environment)
-            && (
-                &mine.scene,
-                &mine.solo,
-                &mine.first,
-                &mine.second,
-                &mine.looks,
-                &mine.table,
-            ) == (
-                &theirs.scene,
-                &theirs.solo,
-                &theirs.first,
-                &theirs.second,
-                &theirs.looks,
-                &theirs.table,
-            )
+            && (&mine.scene, &mine.solo, &mine.first, &mine.second, &mine.looks, &mine.table)
+                == (
+                    &theirs.scene,
+                    &theirs.solo,
+                    &theirs.first,
+                    &theirs.second,
+                    &theirs.looks,
+                    &theirs.table,
+                )
     }
 }

@@ -125,10 +125,7 @@ impl PreviewMaker {
             _ => {
                 let mut scene = scene.clone();
                 scene.effects.inspection = Inspection::Picture;
-                let relit = RelitFrame {
-                    scene: &scene,
-                    ..relit
-                };
+                let relit = RelitFrame { scene: &scene, ..relit };
                 compared(&relit, inputs, lights)?
             }
         };
@@ -138,10 +135,7 @@ impl PreviewMaker {
         let weights = solo.as_ref().unwrap_or(light.weights());
         let of = Ingredients {
             weights,
-            upstream: Upstream {
-                predict_ms,
-                weights_ms,
-            },
+            upstream: Upstream { predict_ms, weights_ms },
             extra: Extra {
                 plate: predicted.plate.as_deref(),
                 second: second.as_ref(),
@@ -201,9 +195,7 @@ impl PreviewMaker {
             looks,
             solo: request.solo.clone(),
             linear: None,
-            weights: (weights.per_lamp.iter())
-                .map(|weight| weight.map(|w| w * subject))
-                .collect(),
+            weights: (weights.per_lamp.iter()).map(|weight| weight.map(|w| w * subject)).collect(),
             passes: shown.picture.passes.clone(),
             predict_ms: predicted.ms,
             relight_ms: 0.0,
@@ -256,10 +248,7 @@ fn compose(
         Reduced::Field(field, mask) => Ingredients { field, mask, ..*of },
         Reduced::Plate(plate) => {
             let plate = Some(&*plate);
-            Ingredients {
-                extra: Extra { plate, ..of.extra },
-                ..*of
-            }
+            Ingredients { extra: Extra { plate, ..of.extra }, ..*of }
         }
     };
     let mut stand_in = series.compose_stand_in(scene, plate, &of, reuse)?;
@@ -306,8 +295,5 @@ fn compared(
         Some(comparison) => relit.compared(comparison, olats, own_light),
         None => Ok(None),
     };
-    Ok([
-        picture(first, first_olats, first_light)?,
-        picture(second, second_olats, second_light)?,
-    ])
+    Ok([picture(first, first_olats, first_light)?, picture(second, second_olats, second_light)?])
 }

@@ -23,9 +23,7 @@ fn looks_beside_each_other_are_each_the_picture_that_they_are_alone() {
     };
     let pictures = wanted.map(of);
     let view = |(yaw_deg, stops)| {
-        let PreviewRequest {
-            scene, environment, ..
-        } = alone(yaw_deg, stops);
+        let PreviewRequest { scene, environment, .. } = alone(yaw_deg, stops);
         Some(LookView { scene, environment })
     };
     let [a, b, c] = wanted.map(view);
@@ -34,10 +32,7 @@ fn looks_beside_each_other_are_each_the_picture_that_they_are_alone() {
     let shown = |request: &PreviewRequest| {
         worker.show(request.clone());
         let is_it = |relit: &Arc<PreviewPicture>| {
-            let found = relit
-                .looks
-                .each_ref()
-                .map(|one| one.as_ref().map(|(of, _)| of));
+            let found = relit.looks.each_ref().map(|one| one.as_ref().map(|(of, _)| of));
             found == request.looks.each_ref().map(Option::as_ref)
         };
         wait_for(|| worker.relit().filter(is_it))
@@ -69,10 +64,7 @@ fn the_newest_frame_is_predicted_and_those_between_are_not() {
     }
     // The relighter has handed on the last one too.
     let newest = |request: &NetworkRequest| {
-        matches!(
-            request,
-            NetworkRequest::Predict(FrameRequest { frame: 30, .. })
-        )
+        matches!(request, NetworkRequest::Predict(FrameRequest { frame: 30, .. }))
     };
     wait_for(|| worker.network.waits(newest).then_some(()));
     go.send(()).unwrap();
@@ -92,10 +84,7 @@ fn a_turn_is_shown_while_the_network_is_busy() {
     worker.show(ask(0, 0.0, &light));
     go.send(()).unwrap();
     let left = wait_for(|| worker.relit());
-    assert!(
-        left.rgb[0] > left.rgb[3 * 7],
-        "light from the left is on the left"
-    );
+    assert!(left.rgb[0] > left.rgb[3 * 7], "light from the left is on the left");
     assert!(left.passes.iter().any(|p| p.name == "predict" && p.ran));
     worker.show(ask(1, 0.0, &light));
     begun.recv_timeout(PATIENCE).unwrap();
@@ -133,9 +122,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
             comparison: Box::new(|rival, index| match rival {
                 ComparisonSource::Exemplar(1) => {
                     let (frame, field) = predicted(index);
-                    let Field::Memory(field) = field else {
-                        unreachable!()
-                    };
+                    let Field::Memory(field) = field else { unreachable!() };
                     let olats = [field.olat(1), field.olat(0)];
                     Ok((frame, Field::from(ReflectanceField::from_olats(&olats))).into())
                 }
@@ -152,9 +139,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
             ..ask(0, 0.0, &left)
         });
         wait_for(|| {
-            worker
-                .relit()
-                .filter(|relit| relit.second.as_ref().map(|(of, _)| of) == Some(&second))
+            worker.relit().filter(|relit| relit.second.as_ref().map(|(of, _)| of) == Some(&second))
         })
     };
     // The outer columns of the middle row.
@@ -168,22 +153,11 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     let right = Arc::new(Environment::from_radiance("right", right));
     let turned = compared(Comparison::Light(right, 0.0), &[]);
     let [first, second] = [ends(&turned.rgb), ends(&codes(&turned))];
-    assert!(
-        first[0] > first[1] && second[1] > second[0],
-        "{first:?} {second:?}"
-    );
-    assert_eq!(
-        [first[0], first[1]],
-        [second[1], second[0]],
-        "both at one level"
-    );
+    assert!(first[0] > first[1] && second[1] > second[0], "{first:?} {second:?}");
+    assert_eq!([first[0], first[1]], [second[1], second[0]], "both at one level");
 
     let rival = compared(Comparison::Olats(ComparisonSource::Exemplar(1)), &[]);
-    assert_eq!(
-        ends(&codes(&rival)),
-        [first[1], first[0]],
-        "at the level of the first"
-    );
+    assert_eq!(ends(&codes(&rival)), [first[1], first[0]], "at the level of the first");
 
     // Any two of them, and their difference.
     let exemplar = || Comparison::Olats(ComparisonSource::Exemplar(1));
@@ -207,9 +181,8 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     assert_eq!(both.first.as_ref().unwrap().1.rgb, codes(&plate));
     assert_eq!(codes(&both), codes(&rival));
     let apart = two(exemplar(), Inspection::Difference { gain: 1.0 });
-    let wanted: Vec<u8> = (codes(&plate).iter().zip(codes(&rival)))
-        .map(|(a, b)| a.abs_diff(b))
-        .collect();
+    let wanted: Vec<u8> =
+        (codes(&plate).iter().zip(codes(&rival))).map(|(a, b)| a.abs_diff(b)).collect();
     let (_, shown) = apart.first.as_ref().unwrap();
     let off = shown.rgb.iter().zip(&wanted).map(|(a, b)| a.abs_diff(*b));
     // Both codes were rounded before they were taken from each other here.
@@ -229,10 +202,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     let look = |inspection| {
         let mut scene = ask(0, 90.0, &left).scene;
         scene.effects.inspection = inspection;
-        Comparison::Look(Box::new(LookView {
-            scene,
-            environment: left.clone(),
-        }))
+        Comparison::Look(Box::new(LookView { scene, environment: left.clone() }))
     };
     let picture = two(look(Inspection::Picture), Inspection::Picture);
     let mapped = two(look(Inspection::FalseColor), Inspection::FalseColor);
@@ -269,10 +239,7 @@ fn pictures_are_shown_through_a_table_and_inspected_without() {
     let through = |table: &Path, inspection| {
         let mut request = ask(0, 0.0, &light);
         request.scene.effects.inspection = inspection;
-        worker.show(PreviewRequest {
-            table: Some(table.to_owned()),
-            ..request
-        });
+        worker.show(PreviewRequest { table: Some(table.to_owned()), ..request });
     };
     through(&table, Inspection::Picture);
     let negative = wait_for(|| worker.relit().filter(|relit| relit.rgb != plain.rgb));

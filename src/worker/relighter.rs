@@ -162,16 +162,10 @@ impl<Tell> Relighter<Tell> {
                 *compared = AskedOlats::default();
                 continue;
             };
-            let wanted = ComparisonRequest {
-                generation: self.generation,
-                source: source.clone(),
-                frame,
-            };
+            let wanted =
+                ComparisonRequest { generation: self.generation, source: source.clone(), frame };
             if compared.asked.as_ref() != Some(&wanted) {
-                *compared = AskedOlats {
-                    asked: Some(wanted.clone()),
-                    found: None,
-                };
+                *compared = AskedOlats { asked: Some(wanted.clone()), found: None };
                 self.network.put(NetworkRequest::Compare(side, wanted));
             }
         }
@@ -181,11 +175,7 @@ impl<Tell> Relighter<Tell> {
         let draft = request.moving && !rested && alone;
         Some(PreviewInputs {
             request: PreviewRequest {
-                scene: Scene {
-                    frame,
-                    output: Output::Display,
-                    ..request.scene.clone()
-                },
+                scene: Scene { frame, output: Output::Display, ..request.scene.clone() },
                 ..request.clone()
             },
             predicted,
@@ -209,19 +199,11 @@ impl<Tell> Relighter<Tell> {
             return Ok(None);
         };
         if self.made.as_ref().is_some_and(|made| made.serves(&inputs)) {
-            let read = if inputs.in_memory {
-                maker.read()?
-            } else {
-                None
-            };
+            let read = if inputs.in_memory { maker.read()? } else { None };
             return Ok(read.map(|picture| self.with_frames(picture)));
         }
         // One that fails is not tried again.
-        let made = self.made.insert(PreviewInputs {
-            coarse: 1,
-            draft: false,
-            ..inputs.clone()
-        });
+        let made = self.made.insert(PreviewInputs { coarse: 1, draft: false, ..inputs.clone() });
         let predicted = &inputs.predicted;
         let predict_ms = (fresh == Some(predicted.frame.index)).then_some(predicted.ms);
         let picture = maker.make(&inputs, predict_ms, started)?;
@@ -230,10 +212,7 @@ impl<Tell> Relighter<Tell> {
     }
 
     fn with_frames(&self, picture: PreviewPicture) -> PreviewPicture {
-        PreviewPicture {
-            frames_at_hand: self.cache.indices().collect(),
-            ..picture
-        }
+        PreviewPicture { frames_at_hand: self.cache.indices().collect(), ..picture }
     }
 }
 
@@ -258,9 +237,7 @@ impl<Tell: Fn(Event)> Handler for Relighter<Tell> {
             Ok(Some(picture)) => self.pictures.put(Arc::new(picture)),
             Ok(None) => {}
             Err(e) => {
-                (self.tell)(Event::Failed {
-                    sentence: e.to_string(),
-                });
+                (self.tell)(Event::Failed { sentence: e.to_string() });
                 if matches!(e, Error::GpuLost) {
                     self.forget_device();
                 }

@@ -52,10 +52,7 @@ impl Bench {
     }
 
     fn open(&mut self, generation: u64, rig: Rig) {
-        self.hear(RelighterRequest::Opened(OpenedSource {
-            generation,
-            rig: Arc::new(rig),
-        }));
+        self.hear(RelighterRequest::Opened(OpenedSource { generation, rig: Arc::new(rig) }));
     }
 
     fn predict(&mut self, generation: u64, frame: usize) {
@@ -83,11 +80,7 @@ impl Bench {
 }
 
 fn frame_of(generation: u64, index: usize) -> Arc<PredictedFrame> {
-    Arc::new(PredictedFrame::new(
-        predicted(index).into(),
-        generation,
-        1.0,
-    ))
+    Arc::new(PredictedFrame::new(predicted(index).into(), generation, 1.0))
 }
 
 fn request(generation: u64, frame: usize) -> Option<FrameRequest> {
@@ -156,10 +149,7 @@ fn a_coarse_picture_is_made_again_at_full_size_when_the_pointer_rests() {
     bench.predict(1, 0);
     bench.show(0, 0.0);
     bench.pictures.take();
-    let dragged = PreviewRequest {
-        moving: true,
-        ..ask(0, 20.0, &bench.light)
-    };
+    let dragged = PreviewRequest { moving: true, ..ask(0, 20.0, &bench.light) };
     bench.hear(RelighterRequest::Show(Box::new(dragged)));
     let coarse = bench.pictures.take().unwrap();
     assert!(coarse.coarse > 1);
@@ -200,10 +190,7 @@ fn fine_light_waits_until_nothing_moves() {
     predicted.plate = plate.map(|plate| plate.with_fine_light(Arc::new(Columns)));
     let predicted = Arc::new(PredictedFrame::new(predicted, 1, 1.0));
     bench.hear(RelighterRequest::Predicted(predicted));
-    let moving = PreviewRequest {
-        moving: true,
-        ..ask(0, 40.0, &bench.light)
-    };
+    let moving = PreviewRequest { moving: true, ..ask(0, 40.0, &bench.light) };
     bench.hear(RelighterRequest::Show(Box::new(moving)));
     let draft = bench.pictures.take().unwrap();
     let (wait, rested) = bench.relighter.rest().unwrap();
@@ -249,10 +236,8 @@ fn olats_to_compare_with_are_asked_for_once_and_those_of_another_frame_are_dropp
     let mut bench = Bench::new(f64::MAX);
     bench.predict(1, 0);
     let second = Some(Comparison::Olats(ComparisonSource::Exemplar(2)));
-    let compared = |yaw_deg| PreviewRequest {
-        second: second.clone(),
-        ..ask(0, yaw_deg, &bench.light)
-    };
+    let compared =
+        |yaw_deg| PreviewRequest { second: second.clone(), ..ask(0, yaw_deg, &bench.light) };
     let [first, turned] = [0.0, 10.0].map(compared);
     bench.hear(RelighterRequest::Show(Box::new(first)));
     let Some(NetworkRequest::Compare(1, wanted)) = bench.network.take() else {
@@ -267,10 +252,7 @@ fn olats_to_compare_with_are_asked_for_once_and_those_of_another_frame_are_dropp
         let found = frame_of(1, of.frame);
         RelighterRequest::Compared(1, FoundComparison { of, found })
     };
-    let other = ComparisonRequest {
-        frame: 3,
-        ..wanted.clone()
-    };
+    let other = ComparisonRequest { frame: 3, ..wanted.clone() };
     bench.hear(found(other));
     assert!(bench.pictures.take().is_none());
     bench.hear(found(wanted));

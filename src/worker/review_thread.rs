@@ -203,12 +203,7 @@ impl Handler for Reviewing {
     }
 
     fn deliver(&mut self, request: ReviewRequest, answer: Result<Done>) {
-        let Answers {
-            sheet,
-            saved,
-            written,
-            cell,
-        } = &self.answers;
+        let Answers { sheet, saved, written, cell } = &self.answers;
         match (request, answer) {
             (_, Ok(Done::Written)) => written.put(Ok(())),
             (_, Ok(Done::Saved(review))) => saved.put(Ok(review)),
@@ -224,12 +219,7 @@ impl Handler for Reviewing {
 
 impl Reviewing {
     fn compare(&mut self, cell: &Cell) -> Result<Done> {
-        let is_same = |known: &Cell| {
-            Cell {
-                lamp: cell.lamp,
-                ..known.clone()
-            } == *cell
-        };
+        let is_same = |known: &Cell| Cell { lamp: cell.lamp, ..known.clone() } == *cell;
         let known = self.compared.take().filter(|(known, _)| is_same(known));
         let (_, pictures) = match known {
             Some(known) => self.compared.insert(known),
@@ -286,9 +276,7 @@ impl LampSheet {
         let mut weights = vec![[0f32; 3]; field.lamps()];
         for lamp in 0..field.lamps() {
             if stop.stopped() {
-                return Err(Error::Cancelled {
-                    kept: "nothing was changed".to_owned(),
-                });
+                return Err(Error::Cancelled { kept: "nothing was changed".to_owned() });
             }
             weights[lamp] = [1.0; 3];
             olats.push(resize_area(&field.relight(&weights)?, width, height));
@@ -296,10 +284,7 @@ impl LampSheet {
         }
         let gain = display_gain(olats.iter(), &mask);
         let thumbnail = |olat: &Image| SrgbPicture::of(&display_picture(olat, &mask, gain));
-        Ok(Self {
-            frame: predicted.frame.index,
-            lamps: olats.iter().map(thumbnail).collect(),
-        })
+        Ok(Self { frame: predicted.frame.index, lamps: olats.iter().map(thumbnail).collect() })
     }
 }
 
@@ -354,12 +339,7 @@ mod tests {
         let project = project::Project::without_shoot(folder.path());
         project.save().unwrap();
         let mut marks = Marks::default();
-        marks.set(MarkedOlat::new(
-            "frame_001",
-            "olat_00",
-            Some(Mark::Bad),
-            "edge",
-        ));
+        marks.set(MarkedOlat::new("frame_001", "olat_00", Some(Mark::Bad), "edge"));
         let thread = ReviewThread::start(folder.path().to_path_buf(), || {});
         thread.write(marks.clone());
         drop(thread);
@@ -387,9 +367,7 @@ mod tests {
     #[test]
     fn a_panic_is_said_where_it_was_asked() {
         let folder = tempfile::tempdir().unwrap();
-        project::Project::without_shoot(folder.path())
-            .save()
-            .unwrap();
+        project::Project::without_shoot(folder.path()).save().unwrap();
         let (wake, woken) = channel();
         let thread = ReviewThread::start(folder.path().to_path_buf(), move || {
             let _ = wake.send(());
@@ -402,13 +380,7 @@ mod tests {
         said(&|| thread.read());
         assert!(thread.saved().unwrap().unwrap_err().contains("on purpose"));
         said(&|| thread.write(Marks::default()));
-        assert!(
-            thread
-                .written()
-                .unwrap()
-                .unwrap_err()
-                .contains("on purpose")
-        );
+        assert!(thread.written().unwrap().unwrap_err().contains("on purpose"));
         said(&|| thread.draw(Arc::new(predicted())));
         assert!(thread.sheet().unwrap().unwrap_err().contains("on purpose"));
         thread.read();

@@ -25,11 +25,7 @@ pub struct Prediction {
 impl From<(Frame, Field)> for Prediction {
     /// One whose pictures have the working size.
     fn from((frame, field): (Frame, Field)) -> Self {
-        Self {
-            frame,
-            plate: None,
-            field,
-        }
+        Self { frame, plate: None, field }
     }
 }
 
@@ -103,12 +99,7 @@ pub fn open_project(
     compute: &ComputeDevice,
     kept: &mut KeptExemplars,
 ) -> Result<Source, Blocked> {
-    let blocked = |need| {
-        move |e: Error| Blocked {
-            sentence: e.to_string(),
-            need,
-        }
-    };
+    let blocked = |need| move |e: Error| Blocked { sentence: e.to_string(), need };
     project.check_shoot().map_err(blocked(Some(Need::Shoot)))?;
     // Whatever is wrong with a calibration, another one mends it.
     let calibration = Calibration::load(project).map_err(blocked(Some(Need::Calibration)))?;
@@ -136,10 +127,7 @@ pub fn open_project(
         rig: calibration.rig,
         device: match predictor.network() {
             Some(_) => compute.description.clone(),
-            None => format!(
-                "{}. Not trained yet: exemplars carried over",
-                compute.description
-            ),
+            None => format!("{}. Not trained yet: exemplars carried over", compute.description),
         },
         later,
         comparison: Box::new(comparisons.find()),
@@ -150,11 +138,7 @@ pub fn open_project(
                 Ok((encoder.encode(field, compute.passes())?, fine))
             })?;
             let plate = Some(FineField::on(fine, Plate::of(filmed, &frame)?));
-            Ok(Prediction {
-                frame,
-                plate,
-                field,
-            })
+            Ok(Prediction { frame, plate, field })
         }),
     })
 }

@@ -69,12 +69,8 @@ impl SrgbPicture {
     pub fn tone_mapped(radiance: &Image) -> Self {
         let small = Self::panorama(radiance);
         // Black texels say nothing about exposure; they would pull the average to nothing.
-        let lit: Vec<f32> = small
-            .pixels
-            .iter()
-            .map(|&p| luminance(p))
-            .filter(|&y| y > 0.0)
-            .collect();
+        let lit: Vec<f32> =
+            small.pixels.iter().map(|&p| luminance(p)).filter(|&y| y > 0.0).collect();
         let log_sum: f64 = lit.iter().map(|&y| f64::from(y).ln()).sum();
         let average = (log_sum / lit.len().max(1) as f64).exp() as f32;
         let white = lit.iter().copied().fold(0.0, f32::max) * 0.18 / average;
@@ -97,11 +93,7 @@ impl SrgbPicture {
             let direction = latlong::texel_direction(i % width, i / width, width, height);
             codes.radiance(back * direction).map(|v| v.round() as u8)
         });
-        Self {
-            width,
-            height,
-            rgb: rgb.collect(),
-        }
+        Self { width, height, rgb: rgb.collect() }
     }
 
     /// What a mirror ball of `side` pixels across shows of it after a turn, seen by the camera; black around the ball.
@@ -111,15 +103,9 @@ impl SrgbPicture {
         let across = |i: usize| (2 * i + 1) as f32 / side as f32 - 1.0;
         let rgb = (0..side * side).flat_map(|i| {
             let seen = mirrored([across(i % side), -across(i / side)]);
-            seen.map_or([0; 3], |to| {
-                codes.radiance(back * to).map(|v| v.round() as u8)
-            })
+            seen.map_or([0; 3], |to| codes.radiance(back * to).map(|v| v.round() as u8))
         });
-        Self {
-            width: side,
-            height: side,
-            rgb: rgb.collect(),
-        }
+        Self { width: side, height: side, rgb: rgb.collect() }
     }
 
     /// Its codes as if they were light.
@@ -134,10 +120,8 @@ impl SrgbPicture {
     }
 
     fn panorama(radiance: &Image) -> Image {
-        let (width, height) = (
-            Self::WIDTH.min(radiance.width),
-            (Self::WIDTH / 2).min(radiance.height),
-        );
+        let (width, height) =
+            (Self::WIDTH.min(radiance.width), (Self::WIDTH / 2).min(radiance.height));
         resize_area(radiance, width, height)
     }
 
@@ -160,10 +144,7 @@ mod tests {
     fn a_thumbnail_does_not_depend_on_the_panoramas_units() {
         let picture = Image::from_fn(64, 32, |x, y| [x as f32 / 64.0, y as f32 / 32.0, 0.3]);
         let brighter = picture.map(|p| p.map(|v| v * 1024.0));
-        let (a, b) = (
-            SrgbPicture::tone_mapped(&picture),
-            SrgbPicture::tone_mapped(&brighter),
-        );
+        let (a, b) = (SrgbPicture::tone_mapped(&picture), SrgbPicture::tone_mapped(&brighter));
         let worst = a.rgb.iter().zip(&b.rgb).map(|(a, b)| a.abs_diff(*b)).max();
         assert!(worst <= Some(1), "{worst:?}");
     }
@@ -171,10 +152,7 @@ mod tests {
     #[test]
     fn black_panoramas_and_suns_have_thumbnails() {
         assert!(
-            SrgbPicture::tone_mapped(&Image::filled(4, 2, [0.0; 3]))
-                .rgb
-                .iter()
-                .all(|&v| v == 0)
+            SrgbPicture::tone_mapped(&Image::filled(4, 2, [0.0; 3])).rgb.iter().all(|&v| v == 0)
         );
         let sun = Image::from_fn(64, 32, |x, y| [if (x, y) == (9, 9) { 1e6 } else { 0.5 }; 3]);
         let grey = SrgbPicture::tone_mapped(&sun).rgb[0];
@@ -183,35 +161,20 @@ mod tests {
 
     #[test]
     fn a_mirror_ball_shows_every_direction_once() {
-        for direction in [
-            Vec3::X,
-            Vec3::NEG_X,
-            Vec3::Y,
-            Vec3::Z,
-            Vec3::new(0.3, -0.5, -0.7),
-        ] {
+        for direction in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::Z, Vec3::new(0.3, -0.5, -0.7)] {
             let direction = direction.normalize();
             let back = mirrored(on_mirror_ball(direction)).unwrap();
             assert!(back.distance(direction) < 1e-5, "{direction} {back}");
         }
         assert_eq!(mirrored([0.0, 0.0]), Some(Vec3::Z));
-        assert!(
-            on_mirror_ball(Vec3::X)[0] > 0.7,
-            "light from the right is right"
-        );
+        assert!(on_mirror_ball(Vec3::X)[0] > 0.7, "light from the right is right");
         assert_eq!(mirrored([0.9, 0.9]), None);
         // Red to the camera's right, green elsewhere.
         let panorama = SrgbPicture {
             width: 8,
             height: 4,
             rgb: (0..32)
-                .flat_map(|i| {
-                    if (5..7).contains(&(i % 8)) {
-                        [200, 0, 0]
-                    } else {
-                        [0, 100, 0]
-                    }
-                })
+                .flat_map(|i| if (5..7).contains(&(i % 8)) { [200, 0, 0] } else { [0, 100, 0] })
                 .collect(),
         };
         let ball = panorama.mirror_ball(Quat::IDENTITY, 33);
@@ -227,12 +190,8 @@ mod tests {
         let picture = Image::from_fn(256, 128, |x, y| [if bright(x, y) { 4.0 } else { 0.2 }; 3]);
         let flat = SrgbPicture::tone_mapped(&picture);
         let brightest = |shown: &SrgbPicture| {
-            let sum = |i: &usize| {
-                shown.rgb[3 * i..3 * i + 3]
-                    .iter()
-                    .map(|&v| u32::from(v))
-                    .sum::<u32>()
-            };
+            let sum =
+                |i: &usize| shown.rgb[3 * i..3 * i + 3].iter().map(|&v| u32::from(v)).sum::<u32>();
             let i = (0..shown.width * shown.height).max_by_key(sum).unwrap();
             latlong::texel_direction(i % shown.width, i / shown.width, shown.width, shown.height)
         };

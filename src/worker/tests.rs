@@ -20,9 +20,7 @@ pub(crate) fn rig() -> Rig {
         confidence: 1.0,
         clipped: 0.0,
     };
-    Rig {
-        lamps: vec![lamp(-1.0), lamp(1.0)],
-    }
+    Rig { lamps: vec![lamp(-1.0), lamp(1.0)] }
 }
 
 /// A frame whose left half is lit by the left lamp alone.
@@ -31,11 +29,7 @@ pub(crate) fn predicted(index: usize) -> (Frame, Field) {
         |lit: fn(usize) -> bool| Image::from_fn(8, 8, |x, _| [if lit(x) { 0.5 } else { 0.0 }; 3]);
     let field = ReflectanceField::from_olats(&[olat(|x| x < 4), olat(|x| x >= 4)]);
     (
-        Frame {
-            index,
-            plate: Image::filled(8, 8, [0.5; 3]),
-            mask: Mask::filled(8, 8, 1.0),
-        },
+        Frame { index, plate: Image::filled(8, 8, [0.5; 3]), mask: Mask::filled(8, 8, 1.0) },
         field.into(),
     )
 }
@@ -144,10 +138,7 @@ fn wait_for_event(worker: &Worker, wanted: impl Fn(&Event) -> bool) -> Vec<Event
     let mut events = Vec::new();
     wait_for(|| {
         events.extend(worker.events());
-        events
-            .iter()
-            .any(&wanted)
-            .then(|| std::mem::take(&mut events))
+        events.iter().any(&wanted).then(|| std::mem::take(&mut events))
     })
 }
 
@@ -179,11 +170,7 @@ fn a_dropped_worker_is_gone() {
     worker.show(ask(0, 0.0, &from_the_left()));
     wait_for(|| worker.relit());
     drop(worker);
-    assert_eq!(
-        Arc::strong_count(&alive),
-        1,
-        "no thread holds anything any more"
-    );
+    assert_eq!(Arc::strong_count(&alive), 1, "no thread holds anything any more");
 }
 
 #[path = "preview_tests.rs"]

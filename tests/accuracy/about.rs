@@ -26,25 +26,11 @@ pub fn section(page: &Page) -> String {
     let about = &page.about;
     let mut text = "## About this run\n\n".to_owned();
     text += &runs(&about.runs);
-    let of_added = page
-        .added
-        .iter()
-        .flat_map(|one| &one.builds)
-        .map(String::as_str);
+    let of_added = page.added.iter().flat_map(|one| &one.builds).map(String::as_str);
     let of_benches = page.benches.iter().map(|bench| bench.kept.build.as_str());
-    let all = page
-        .shoots
-        .iter()
-        .flat_map(of_shoot)
-        .chain(of_added)
-        .chain(of_benches);
+    let all = page.shoots.iter().flat_map(of_shoot).chain(of_added).chain(of_benches);
     // Writing to a String cannot fail.
-    let _ = writeln!(
-        text,
-        " {} This page was written by build {}.\n",
-        builds(all),
-        about.build
-    );
+    let _ = writeln!(text, " {} This page was written by build {}.\n", builds(all), about.build);
     for shoot in &page.shoots {
         let _ = writeln!(
             text,
@@ -75,10 +61,7 @@ fn runs(runs: &[Value]) -> String {
         1 => format!("One run of {minutes:.0} minutes measured what is here."),
         count => format!("{count} runs of {minutes:.0} minutes together measured what is here."),
     };
-    let others: Vec<f64> = runs
-        .iter()
-        .filter_map(|run| run["others"].as_f64())
-        .collect();
+    let others: Vec<f64> = runs.iter().filter_map(|run| run["others"].as_f64()).collect();
     let least = others.iter().copied().fold(f64::INFINITY, f64::min);
     let most = others.iter().copied().fold(0.0, f64::max);
     if !others.is_empty() {
@@ -87,10 +70,7 @@ fn runs(runs: &[Value]) -> String {
             (least, most) if least == most => most,
             (least, most) => format!("{least} to {most}"),
         };
-        let _ = write!(
-            text,
-            " Other work took {range} % of the processor's time meanwhile."
-        );
+        let _ = write!(text, " Other work took {range} % of the processor's time meanwhile.");
     }
     text
 }
@@ -102,30 +82,20 @@ fn left(ladder: &Ledger, seeds: u64) -> String {
     let fewer: Vec<&Step> = steps.iter().filter(|step| count(step) < seeds).collect();
     let mut text = match ladder.left() {
         0 => "everything that was planned is measured.".to_owned(),
-        left => format!(
-            "{left} of {} planned measurements are not made yet.",
-            ladder.planned
-        ),
+        left => format!("{left} of {} planned measurements are not made yet.", ladder.planned),
     };
     if fewer.is_empty() {
         let plural = if seeds == 1 { "" } else { "s" };
-        let _ = write!(
-            text,
-            " Every rung that is measured has {seeds} seed{plural}."
-        );
+        let _ = write!(text, " Every rung that is measured has {seeds} seed{plural}.");
         return text;
     }
-    let whole: Vec<&str> = (steps.iter())
-        .filter(|step| count(step) >= seeds)
-        .map(|step| step.name)
-        .collect();
+    let whole: Vec<&str> =
+        (steps.iter()).filter(|step| count(step) >= seeds).map(|step| step.name).collect();
     let _ = match whole.len() {
         0 => write!(text, " No rung has {seeds} seeds yet;"),
         _ => write!(text, " {seeds} seeds have {}; fewer have", whole.join(", ")),
     };
-    let fewer = fewer
-        .iter()
-        .map(|step| format!(" {} ({})", step.name, count(step)));
+    let fewer = fewer.iter().map(|step| format!(" {} ({})", step.name, count(step)));
     text + &fewer.collect::<Vec<_>>().join(",") + "."
 }
 
@@ -155,9 +125,7 @@ fn trained(ladder: &Ledger) -> String {
 
 /// The most over the least steps of networks of one rung with different seeds; None without two seeds.
 fn unevenness(ladder: &Ledger) -> Option<f64> {
-    let several = steps(ladder)
-        .into_iter()
-        .filter(|step| step.seeds.len() > 1);
+    let several = steps(ladder).into_iter().filter(|step| step.seeds.len() > 1);
     let ratios = several.filter_map(|step| {
         let steps = step.figure(|measured| Some(measured.steps as f64))?;
         Some(steps.high / steps.low.max(1.0))

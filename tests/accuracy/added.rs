@@ -86,18 +86,11 @@ pub fn errors(added: &[Added]) -> String {
             percent(&judged["cells_within"][0]),
             percent(&judged["cells_within"][1]),
             percent(&judged["frames_within"]),
-            judged["better_by_db"]
-                .as_f64()
-                .map_or("–".to_owned(), |db| format!("{db:+.1}")),
+            judged["better_by_db"].as_f64().map_or("–".to_owned(), |db| format!("{db:+.1}")),
         );
         for quarter in judged["quarters"].as_array().into_iter().flatten() {
             let most = quarter["said"][1].as_f64().unwrap_or(f64::NAN);
-            let _ = write!(
-                text,
-                " {} ≤ {:.1} % |",
-                percent(&quarter["within"][0]),
-                100.0 * most
-            );
+            let _ = write!(text, " {} ≤ {:.1} % |", percent(&quarter["within"][0]), 100.0 * most);
         }
         text += "\n";
     }

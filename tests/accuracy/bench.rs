@@ -41,16 +41,7 @@ pub fn measure(options: &Options, clock: &Clock) -> Result<()> {
             continue;
         }
         let mut command = Command::new("cargo");
-        command.args([
-            "bench",
-            "--locked",
-            "--profile",
-            "dev",
-            "--bench",
-            name,
-            "--",
-            "--json",
-        ]);
+        command.args(["bench", "--locked", "--profile", "dev", "--bench", name, "--", "--json"]);
         command.args(extra);
         println!("bench {name}");
         let text = printed(&mut command)?;
@@ -93,9 +84,7 @@ impl Bench {
             text(&machine["system"]),
             text(&machine["version"]),
             self.kept.build,
-            result["device"]
-                .as_str()
-                .map_or(String::new(), |device| format!("; {device}")),
+            result["device"].as_str().map_or(String::new(), |device| format!("; {device}")),
         );
         section += &match self.name {
             "passes" => passes(result),
@@ -106,9 +95,7 @@ impl Bench {
 }
 
 fn number(value: &Value, digits: usize) -> String {
-    value
-        .as_f64()
-        .map_or("–".to_owned(), |value| format!("{value:.digits$}"))
+    value.as_f64().map_or("–".to_owned(), |value| format!("{value:.digits$}"))
 }
 
 fn sums(result: &Value) -> String {
@@ -149,14 +136,9 @@ fn passes(result: &Value) -> String {
         };
         let (on_cpu, on_gpu) = (of(cpu), of(gpu));
         let named = |all: &[Value], name: &Value| {
-            all.iter()
-                .find(|pass| pass["name"] == *name)
-                .cloned()
-                .unwrap_or_default()
+            all.iter().find(|pass| pass["name"] == *name).cloned().unwrap_or_default()
         };
-        let alone = on_gpu
-            .iter()
-            .filter(|pass| named(&on_cpu, &pass["name"]).is_null());
+        let alone = on_gpu.iter().filter(|pass| named(&on_cpu, &pass["name"]).is_null());
         for pass in on_cpu.iter().chain(alone) {
             let name = &pass["name"];
             let _ = writeln!(
@@ -174,10 +156,7 @@ fn passes(result: &Value) -> String {
 /// Time, limit and their ratio.
 fn cells(pass: &Value) -> String {
     let (ms, limit) = (&pass["times"]["median_ms"], &pass["copy_ms"]);
-    let times = ms
-        .as_f64()
-        .zip(limit.as_f64())
-        .map(|(ms, limit)| ms / limit);
+    let times = ms.as_f64().zip(limit.as_f64()).map(|(ms, limit)| ms / limit);
     let times = times.map_or("–".to_owned(), |times| format!("{times:.2}"));
     format!("{} | {} | {times}", number(ms, 2), number(limit, 2))
 }
@@ -191,26 +170,21 @@ mod tests {
     fn a_section_names_its_machine_and_has_every_row() {
         let machine =
             json!({"processor": "A, B", "threads": 2, "system": "linux", "version": "9.9"});
-        let kept = |result| Kept {
-            build: "0badcafe".to_owned(),
-            result,
-        };
+        let kept = |result| Kept { build: "0badcafe".to_owned(), result };
         let times = |ms: f64| json!({"median_ms": ms, "low_ms": ms, "high_ms": ms, "runs": 1});
         let passes = Bench {
             name: "passes",
-            kept: kept(
-                json!({"machine": machine, "threads": 2, "device": "no GPU", "sizes": [{
-                    "size": 512,
-                    "cpu": {"copied_per_second": 5e10, "passes": [
-                        {"name": "glare", "times": times(2.0), "copy_ms": 0.5},
-                        {"name": "sum, f32", "times": times(3.0), "copy_ms": null},
-                    ]},
-                    "gpu": {"copied_per_second": 1e10, "passes": [
-                        {"name": "glare", "times": times(1.0), "copy_ms": 1.0},
-                        {"name": "relight, f16", "times": null, "copy_ms": 1.0},
-                    ]},
-                }]}),
-            ),
+            kept: kept(json!({"machine": machine, "threads": 2, "device": "no GPU", "sizes": [{
+                "size": 512,
+                "cpu": {"copied_per_second": 5e10, "passes": [
+                    {"name": "glare", "times": times(2.0), "copy_ms": 0.5},
+                    {"name": "sum, f32", "times": times(3.0), "copy_ms": null},
+                ]},
+                "gpu": {"copied_per_second": 1e10, "passes": [
+                    {"name": "glare", "times": times(1.0), "copy_ms": 1.0},
+                    {"name": "relight, f16", "times": null, "copy_ms": 1.0},
+                ]},
+            }]})),
         };
         let section = passes.section();
         for expected in [
@@ -220,10 +194,7 @@ mod tests {
             "| 512 | sum, f32 | 3.00 | – | – | – | – | – |",
             "| 512 | relight, f16 | – | – | – | – | 1.00 | – |",
         ] {
-            assert!(
-                section.contains(expected),
-                "{expected} is not in\n{section}"
-            );
+            assert!(section.contains(expected), "{expected} is not in\n{section}");
         }
         let sums = Bench {
             name: "relight",
@@ -231,9 +202,6 @@ mod tests {
                 {"size": 512, "what": "f32", "ms": 3.5, "gigabytes_per_second": 36.52, "times_the_limit": 1.04},
             ]})),
         };
-        assert!(
-            sums.section()
-                .contains("| 512 | f32 | 3.50 | 36.5 | 1.04 |")
-        );
+        assert!(sums.section().contains("| 512 | f32 | 3.50 | 36.5 | 1.04 |"));
     }
 }

@@ -23,11 +23,7 @@ struct Ticks {
 impl Clock {
     /// Starts a run that may take so many minutes.
     pub fn start(minutes: f64) -> Self {
-        Self {
-            began: Instant::now(),
-            minutes,
-            ticks: Ticks::now(),
-        }
+        Self { began: Instant::now(), minutes, ticks: Ticks::now() }
     }
 
     /// Minutes that are left; at least 0.
@@ -63,23 +59,15 @@ impl Ticks {
     /// From the texts of `/proc/stat` and `/proc/self/stat`.
     fn of(machine: &str, process: &str) -> Option<Self> {
         let line = machine.lines().find(|line| line.starts_with("cpu "))?;
-        let counts: Vec<f64> = line
-            .split_whitespace()
-            .skip(1)
-            .map_while(|count| count.parse().ok())
-            .take(8)
-            .collect();
+        let counts: Vec<f64> =
+            line.split_whitespace().skip(1).map_while(|count| count.parse().ok()).take(8).collect();
         let idle = counts.get(3)? + counts.get(4)?;
         let all: f64 = counts.iter().sum();
         // The name, in brackets, may have spaces. Behind it comes the third field; the 14th to 17th are ticks of the process
         // and of the children that it waited for.
         let fields: Vec<&str> = process.rsplit_once(')')?.1.split_whitespace().collect();
         let own = fields.get(11..15)?.iter().map(|ticks| ticks.parse::<f64>());
-        Some(Self {
-            all,
-            busy: all - idle,
-            own: own.sum::<Result<f64, _>>().ok()?,
-        })
+        Some(Self { all, busy: all - idle, own: own.sum::<Result<f64, _>>().ok()? })
     }
 
     /// The share of the time since `before` in which others worked; None if no time has passed.
@@ -100,14 +88,9 @@ mod tests {
             let [a, b, c, d] = own;
             format!("42 (a name) with) S 1 42 42 0 -1 0 0 0 0 0 {a} {b} {c} {d} 20 0 3 0 99")
         };
-        let before = Ticks::of(
-            "cpu  100 0 100 700 100 0 0 0 0 0\ncpu0 1 2",
-            &process([1, 2, 3, 4]),
-        );
-        let after = Ticks::of(
-            "cpu  500 50 150 1100 200 0 0 0 0 0\n",
-            &process([101, 52, 53, 104]),
-        );
+        let before =
+            Ticks::of("cpu  100 0 100 700 100 0 0 0 0 0\ncpu0 1 2", &process([1, 2, 3, 4]));
+        let after = Ticks::of("cpu  500 50 150 1100 200 0 0 0 0 0\n", &process([101, 52, 53, 104]));
         // Of 1,000 ticks 500 were busy, and 300 of these are ours.
         let others = after.unwrap().others_since(before.unwrap()).unwrap();
         assert!((others - 0.2).abs() < 1e-12, "{others}");

@@ -34,17 +34,9 @@ impl Kept {
         }
         let printed = make()?;
         let result = serde_json::from_str(&printed).map_err(|e| {
-            Error::codec(
-                "read",
-                path,
-                e.to_string(),
-                "The program printed no JSON; see above",
-            )
+            Error::codec("read", path, e.to_string(), "The program printed no JSON; see above")
         })?;
-        let kept = Self {
-            build: build.to_owned(),
-            result,
-        };
+        let kept = Self { build: build.to_owned(), result };
         let text = json!({"build": kept.build, "result": kept.result}).to_string();
         write_beside(path, |out| out.write_all(text.as_bytes()))?;
         Ok(kept)

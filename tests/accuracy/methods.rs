@@ -8,15 +8,8 @@ use std::path::PathBuf;
 use tradeoff::{Knob, Ledger};
 
 /// As `evaluate --with` names them, in the order of the page.
-pub const METHODS: [&str; 7] = [
-    "nearest",
-    "ratio",
-    "harmonics",
-    "transfer",
-    "texler",
-    "sun",
-    "truth-olats",
-];
+pub const METHODS: [&str; 7] =
+    ["nearest", "ratio", "harmonics", "transfer", "texler", "sun", "truth-olats"];
 /// Those of them that learn when they are measured.
 const LEARNING: [&str; 2] = ["texler", "sun"];
 /// What no method can exceed with this rig.
@@ -78,11 +71,8 @@ fn score(
 ) -> Result<()> {
     let name = name(method, learnt);
     let (project, pictures) = (source.project(), source.work.join(&name));
-    let (project, truth, pictures) = (
-        project.to_string_lossy(),
-        source.folder.to_string_lossy(),
-        pictures.to_string_lossy(),
-    );
+    let (project, truth, pictures) =
+        (project.to_string_lossy(), source.folder.to_string_lossy(), pictures.to_string_lossy());
     let mut command = vec![
         "evaluate",
         &project,
@@ -134,12 +124,7 @@ pub fn all(options: &Options, source: &Source, ladder: &Ledger) -> Vec<Scored> {
         for learnt in learnt {
             let name = name(method, learnt);
             if let Some(kept) = Kept::read(&source.work.join(format!("{name}.json"))) {
-                found.push(Scored {
-                    method,
-                    learnt,
-                    kept,
-                    pictures: source.work.join(name),
-                });
+                found.push(Scored { method, learnt, kept, pictures: source.work.join(name) });
             }
         }
     }
@@ -162,13 +147,9 @@ pub fn network(
     };
     let is_length = |knob: Option<Knob>| knob.is_none_or(|knob| knob == Knob::Minutes);
     let seed = first_seed(&ladder);
-    let rung = ladder
-        .rungs
-        .iter()
-        .map(|m| (&m.rung, m.seed))
-        .find(|(rung, of)| {
-            *of == seed && is_length(rung.knob) && (rung.minutes - wanted).abs() < 1e-9
-        });
+    let rung = ladder.rungs.iter().map(|m| (&m.rung, m.seed)).find(|(rung, of)| {
+        *of == seed && is_length(rung.knob) && (rung.minutes - wanted).abs() < 1e-9
+    });
     let Some((rung, _)) = rung else {
         return Ok(None);
     };
@@ -190,10 +171,5 @@ pub fn network(
         }
         _ => return Ok(None),
     };
-    Ok(Some(Scored {
-        method: "prediction",
-        learnt,
-        kept,
-        pictures,
-    }))
+    Ok(Some(Scored { method: "prediction", learnt, kept, pictures }))
 }

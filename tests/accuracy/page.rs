@@ -107,10 +107,7 @@ pub fn builds<'a>(of: impl Iterator<Item = &'a str>) -> String {
     };
     match counts.len() {
         0 => String::new(),
-        1 => counts
-            .keys()
-            .map(|build| format!("Build {}.", name(build)))
-            .collect(),
+        1 => counts.keys().map(|build| format!("Build {}.", name(build))).collect(),
         _ => {
             let all = counts.iter().map(|(build, count)| match count {
                 1 => format!("{} (1 figure)", name(build)),
@@ -126,14 +123,13 @@ pub fn builds<'a>(of: impl Iterator<Item = &'a str>) -> String {
 
 /// What a shoot showed; plot and table are beside the page, named `stem`.
 fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
-    let Shoot {
-        name, size, ladder, ..
-    } = shoot;
+    let Shoot { name, size, ladder, .. } = shoot;
     let base = ladder.rungs.first();
     let minutes = base.map_or(0.0, |base| base.rung.minutes);
-    let frames = shoot.methods.first().map_or(0, |first| {
-        first.kept.result["frames"].as_array().map_or(0, Vec::len)
-    });
+    let frames = shoot
+        .methods
+        .first()
+        .map_or(0, |first| first.kept.result["frames"].as_array().map_or(0, Vec::len));
     let mut text = format!("\n## {name}\n\n");
     // Writing to a String cannot fail.
     let _ = writeln!(
@@ -150,22 +146,14 @@ fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
     );
     text += &rungs::table(steps);
     for failure in &ladder.failures {
-        let _ = writeln!(
-            text,
-            "\n- {} was left out: {}",
-            failure.rung, failure.sentence
-        );
+        let _ = writeln!(text, "\n- {} was left out: {}", failure.rung, failure.sentence);
     }
     text
 }
 
 /// The builds of a shoot's figures.
 pub fn of_shoot(shoot: &Shoot) -> impl Iterator<Item = &str> {
-    let rungs = shoot
-        .ladder
-        .rungs
-        .iter()
-        .map(|measured| measured.build.as_str());
+    let rungs = shoot.ladder.rungs.iter().map(|measured| measured.build.as_str());
     let all = shoot.methods.iter().chain(&shoot.networks);
     rungs.chain(all.map(|of| of.kept.build.as_str()))
 }
@@ -176,12 +164,7 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
         .ladder
         .rungs
         .first()
-        .map(|base| {
-            base.relit_psnr_db
-                .iter()
-                .map(|(name, _)| name.clone())
-                .collect()
-        })
+        .map(|base| base.relit_psnr_db.iter().map(|(name, _)| name.clone()).collect())
         .unwrap_or_default();
     let mut text = "| method |".to_owned();
     for name in &environments {
@@ -190,10 +173,7 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
     text += " OLATs, dB | ms a frame | training |\n|---|";
     text += &"---:|".repeat(environments.len() + 2);
     text += "---|\n";
-    for same in shoot
-        .methods
-        .chunk_by(|a, b| a.method == b.method && a.minutes() == b.minutes())
-    {
+    for same in shoot.methods.chunk_by(|a, b| a.method == b.method && a.minutes() == b.minutes()) {
         let found = |of: &dyn Fn(&Value) -> Option<f64>| {
             Figure::of(same.iter().filter_map(|one| of(&one.kept.result)))
         };
@@ -223,9 +203,8 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
             text_of(found(&|scores| scores["frame_ms"].as_f64()), 1)
         );
     }
-    let mut trained: Vec<&Step> = (steps.iter())
-        .filter(|step| matches!(step.knob, None | Some(Knob::Minutes)))
-        .collect();
+    let mut trained: Vec<&Step> =
+        (steps.iter()).filter(|step| matches!(step.knob, None | Some(Knob::Minutes))).collect();
     let minutes = |step: &Step| step.seeds.first().map_or(0.0, |m| m.rung.minutes);
     trained.sort_by(|a, b| minutes(a).total_cmp(&minutes(b)));
     for step in trained {

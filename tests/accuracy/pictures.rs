@@ -89,10 +89,7 @@ fn learnt(compared: &[&Scored]) -> String {
         let scores = &of.kept.result;
         let minutes = scores["training_seconds"].as_f64()? / 60.0;
         let steps = scores["training_steps"].as_u64()?;
-        Some(format!(
-            "{} {minutes:.1} min, {steps} steps",
-            page::words(of.method)
-        ))
+        Some(format!("{} {minutes:.1} min, {steps} steps", page::words(of.method)))
     });
     format!("Learning: {}.", learning.collect::<Vec<_>>().join("; "))
 }
@@ -134,9 +131,7 @@ fn cells(compared: &[&Scored]) -> Vec<Cell> {
             let name = region["region"].as_str().unwrap_or_default().to_owned();
             let reached = compared.iter().map(|of| {
                 let all = regions(of, environment);
-                let same = all
-                    .iter()
-                    .find(|other| other["region"] == region["region"])?;
+                let same = all.iter().find(|other| other["region"] == region["region"])?;
                 same["psnr_db"].as_f64()
             });
             cells.push(Cell {
@@ -152,11 +147,7 @@ fn cells(compared: &[&Scored]) -> Vec<Cell> {
 
 /// The best method of each region, and the prediction's largest distance from the limit.
 fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
-    let wins = |number: usize| {
-        cells
-            .iter()
-            .filter(move |cell| cell.best(compared) == Some(number))
-    };
+    let wins = |number: usize| cells.iter().filter(move |cell| cell.best(compared) == Some(number));
     let mut found = vec![format!(
         "Of {} regions and lights, the prediction is nearest to the truth in {}.",
         cells.len(),
@@ -178,22 +169,15 @@ fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
         if !won.is_empty() {
             let name = page::words(of.method);
             let (first, rest) = name.split_at(1);
-            found.push(format!(
-                "{}{rest} wins in {}.",
-                first.to_uppercase(),
-                won.join(", ")
-            ));
+            found.push(format!("{}{rest} wins in {}.", first.to_uppercase(), won.join(", ")));
         }
     }
     // Of other frames the limit would say nothing.
     let same = |of: &Scored| of.kept.result["frames"] == compared[0].kept.result["frames"];
-    let limit = compared
-        .iter()
-        .position(|of| of.method == LIMIT && same(of));
+    let limit = compared.iter().position(|of| of.method == LIMIT && same(of));
     let behind = limit.and_then(|limit| {
-        let behind = cells
-            .iter()
-            .filter_map(|cell| Some((cell.reached[limit]? - cell.reached[0]?, cell)));
+        let behind =
+            cells.iter().filter_map(|cell| Some((cell.reached[limit]? - cell.reached[0]?, cell)));
         behind.max_by(|a, b| a.0.total_cmp(&b.0))
     });
     if let Some((db, cell)) = behind.filter(|(db, _)| *db > TELLING) {
@@ -275,13 +259,7 @@ mod tests {
              prediction 24.0). The prediction is farthest from the rig's limit in edge under nave: 7.0 dB."
         );
         let table = table(&all, &cells);
-        assert!(
-            table.contains("| nave | lit (90 %) | **31.0** | 28.0 | 36.0 |"),
-            "{table}"
-        );
-        assert!(
-            table.contains("| nave | edge (10 %) | 24.0 | **25.5** | 31.0 |"),
-            "{table}"
-        );
+        assert!(table.contains("| nave | lit (90 %) | **31.0** | 28.0 | 36.0 |"), "{table}");
+        assert!(table.contains("| nave | edge (10 %) | 24.0 | **25.5** | 31.0 |"), "{table}");
     }
 }

@@ -45,24 +45,13 @@ struct Area {
 impl Area {
     /// A point's own.
     fn around((x, y): (i32, i32)) -> Self {
-        Self {
-            left: x - 4,
-            top: y - 4,
-            right: x + 4,
-            bottom: y + 4,
-        }
+        Self { left: x - 4, top: y - 4, right: x + 4, bottom: y + 4 }
     }
 
     /// Where a point's name can stand: right, left, above and below.
     fn beside((x, y): (i32, i32), name: &str) -> [Self; 4] {
         let width = 6 * name.len() as i32;
-        [
-            (6, -5),
-            (-6 - width, -5),
-            (-width / 2, -16),
-            (-width / 2, 6),
-        ]
-        .map(|(by_x, by_y)| Self {
+        [(6, -5), (-6 - width, -5), (-width / 2, -16), (-width / 2, 6)].map(|(by_x, by_y)| Self {
             left: x + by_x,
             top: y + by_y,
             right: x + by_x + width,
@@ -96,12 +85,7 @@ fn percent(decibels: f64) -> f64 {
 /// When there is nothing to draw, or the file cannot be written.
 pub fn write(path: &Path, title: &str, steps: &[Step]) -> Result<()> {
     draw(path, title, steps).map_err(|e| {
-        Error::codec(
-            "write",
-            path,
-            e.to_string(),
-            "Check that the folder can be written",
-        )
+        Error::codec("write", path, e.to_string(), "Check that the folder can be written")
     })
 }
 
@@ -110,14 +94,10 @@ fn draw(
     title: &str,
     steps: &[Step],
 ) -> std::result::Result<(), Box<dyn std::error::Error>> {
-    let shown: Vec<&Step> = steps
-        .iter()
-        .filter(|step| step.knob != Some(Knob::Effects))
-        .collect();
+    let shown: Vec<&Step> = steps.iter().filter(|step| step.knob != Some(Knob::Effects)).collect();
     let around = |values: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
+        let (low, high) = values
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         (0.85 * low)..(1.18 * high)
     };
     let x = around(&mut shown.iter().map(|step| step.place().0));
@@ -153,10 +133,7 @@ fn draw(
             let bar = vec![(ms, percent(seeds.high)), (ms, percent(seeds.low))];
             chart.draw_series([PathElement::new(bar, faint)])?;
         }
-        let (low, high) = (
-            step.figure(|m| Some(m.frame.low)),
-            step.figure(|m| Some(m.frame.high)),
-        );
+        let (low, high) = (step.figure(|m| Some(m.frame.low)), step.figure(|m| Some(m.frame.high)));
         if let (Some(low), Some(high)) = (low, high) {
             let bar = vec![(low.mean, at.1), (high.mean, at.1)];
             chart.draw_series([PathElement::new(bar, faint)])?;
@@ -168,25 +145,16 @@ fn draw(
     let mut named = shown.clone();
     named.sort_by_key(|step| (!step.on_front, step.knob.is_some()));
     let at = |step: &Step| (step.place().0, percent(step.place().1));
-    let points: Vec<(i32, i32)> = (shown.iter())
-        .map(|step| chart.backend_coord(&at(step)))
-        .collect();
+    let points: Vec<(i32, i32)> =
+        (shown.iter()).map(|step| chart.backend_coord(&at(step))).collect();
     let mut taken: Vec<Area> = points.iter().map(|&point| Area::around(point)).collect();
     let (across, down) = chart.plotting_area().get_pixel_range();
-    let whole = Area {
-        left: across.start,
-        top: down.start,
-        right: across.end,
-        bottom: down.end,
-    };
+    let whole = Area { left: across.start, top: down.start, right: across.end, bottom: down.end };
     for step in named {
         let point = chart.backend_coord(&at(step));
         let own = Area::around(point);
         let free = |place: &Area| {
-            whole.holds(place)
-                && taken
-                    .iter()
-                    .all(|other| *other == own || !other.meets(place))
+            whole.holds(place) && taken.iter().all(|other| *other == own || !other.meets(place))
         };
         let Some(place) = Area::beside(point, step.name).into_iter().find(free) else {
             continue;

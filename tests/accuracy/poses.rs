@@ -55,9 +55,7 @@ pub fn measured(options: &Options, clock: Option<&Clock>) -> Result<Vec<Added>> 
     for seed in SEEDS {
         let minutes = options.pose_minutes;
         let shoot = Shoot {
-            folder: options
-                .work
-                .join(format!("poses-{seed}-for-{minutes}-minutes")),
+            folder: options.work.join(format!("poses-{seed}-for-{minutes}-minutes")),
             options,
             seed,
             clock,
@@ -93,22 +91,14 @@ impl Shoot<'_> {
         let Some(named) = self.named()? else {
             return Ok(None);
         };
-        let frames = scores.result["frames"]
-            .as_array()
-            .cloned()
-            .unwrap_or_default();
+        let frames = scores.result["frames"].as_array().cloned().unwrap_or_default();
         let truth: Vec<usize> = frames.iter().filter_map(as_frame).collect();
         // With more poses a network makes as many steps, however busy the machine is by then.
         let steps = scores.result["training_steps"].as_u64().unwrap_or_default();
-        let epochs = Preset::Quick
-            .config()
-            .for_steps(steps, BEFORE + ADDED, FRAMES - truth.len());
+        let epochs = Preset::Quick.config().for_steps(steps, BEFORE + ADDED, FRAMES - truth.len());
         let epochs = Some(epochs.epochs);
         let free = |frame: &usize| !truth.contains(frame);
-        let missing = named.result["missing"]
-            .as_array()
-            .cloned()
-            .unwrap_or_default();
+        let missing = named.result["missing"].as_array().cloned().unwrap_or_default();
         let missing = missing.iter().filter_map(as_frame);
         let chosen: Vec<usize> = missing.filter(free).take(ADDED).collect();
         let mut builds = vec![scores.build, named.build];
@@ -162,11 +152,7 @@ impl Shoot<'_> {
     /// clock.
     fn reached(&self, like: &[usize], epochs: Option<u32>) -> Result<Option<(Reached, Kept)>> {
         let names: Vec<String> = like.iter().map(usize::to_string).collect();
-        let name = if names.is_empty() {
-            "none".to_owned()
-        } else {
-            names.join("-")
-        };
+        let name = if names.is_empty() { "none".to_owned() } else { names.join("-") };
         let at = self.folder.join(format!("like-{name}"));
         let path = at.join("scores.json");
         let kept = self.kept(&path, || self.trained(&at, &names, epochs))?;
@@ -174,11 +160,8 @@ impl Shoot<'_> {
             return Ok(None);
         };
         let relit = kept.result["relit_psnr_db"].as_object();
-        let relit: Vec<f64> = relit
-            .iter()
-            .flat_map(|all| all.values())
-            .filter_map(Value::as_f64)
-            .collect();
+        let relit: Vec<f64> =
+            relit.iter().flat_map(|all| all.values()).filter_map(Value::as_f64).collect();
         let unknown = || Error::bug(format!("{} has no scores", path.display()));
         let reached = Reached {
             like: like.to_vec(),

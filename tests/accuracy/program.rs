@@ -184,10 +184,7 @@ impl Options {
             });
         }
         let benches = bench::all(self);
-        for (name, title) in [
-            ("passes", "what each pass costs"),
-            ("relight", "the sum of lamps"),
-        ] {
+        for (name, title) in [("passes", "what each pass costs"), ("relight", "the sum of lamps")] {
             if benches.iter().all(|bench| bench.name != name) {
                 left_out.push(title.to_owned());
             }
@@ -216,8 +213,7 @@ impl Options {
     /// Which build of the program measures.
     fn build(&self) -> &str {
         let named = || evaluation::build_of(&self.program);
-        self.build
-            .get_or_init(|| named().unwrap_or_else(|_| "unknown".to_owned()))
+        self.build.get_or_init(|| named().unwrap_or_else(|_| "unknown".to_owned()))
     }
 
     /// Records of the runs that measured.
@@ -232,9 +228,7 @@ impl Options {
         let mut runs = self.runs();
         runs.push(clock.record(self.build()));
         let text = Value::from(runs).to_string();
-        write_beside(&self.work.join("runs.json"), |out| {
-            out.write_all(text.as_bytes())
-        })
+        write_beside(&self.work.join("runs.json"), |out| out.write_all(text.as_bytes()))
     }
 
     /// The weights of LPIPS, which may be missing.
@@ -259,16 +253,10 @@ fn plain(name: &str) -> String {
 fn printed(command: &mut Command) -> Result<String> {
     let shown = format!("{command:?}");
     let output = command.stderr(Stdio::inherit()).output().map_err(|e| {
-        Error::invalid(
-            format!("{shown} cannot be run: {e}"),
-            "Build it first: make build",
-        )
+        Error::invalid(format!("{shown} cannot be run: {e}"), "Build it first: make build")
     })?;
     if !output.status.success() {
-        return Err(Error::invalid(
-            format!("{shown} failed"),
-            "What it says stands above",
-        ));
+        return Err(Error::invalid(format!("{shown} failed"), "What it says stands above"));
     }
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }

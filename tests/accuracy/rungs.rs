@@ -25,9 +25,7 @@ pub fn table(steps: &[Step]) -> String {
         };
         let mean = |of: &dyn Fn(&tradeoff::Measured) -> Option<f64>, digits: usize| {
             let figure = step.figure(of);
-            figure.map_or("–".to_owned(), |figure| {
-                format!("{:.digits$}", figure.mean)
-            })
+            figure.map_or("–".to_owned(), |figure| format!("{:.digits$}", figure.mean))
         };
         let _ = write!(
             text,

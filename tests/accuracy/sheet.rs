@@ -50,10 +50,7 @@ pub fn write(path: &Path, methods: &[&Scored]) -> Result<()> {
         let best = best(methods, &reached);
         let place = format!("{} frame {}", row.environment, row.frame);
         tiles.push((place, small(&truth)));
-        let mut differences = vec![(
-            "difference x 4".to_owned(),
-            small_difference(&truth, &truth),
-        )];
+        let mut differences = vec![("difference x 4".to_owned(), small_difference(&truth, &truth))];
         for (number, of) in methods.iter().enumerate() {
             let picture = file(of, "")?;
             let mut shown = small(&picture);
@@ -70,9 +67,7 @@ pub fn write(path: &Path, methods: &[&Scored]) -> Result<()> {
         }
         tiles.extend(differences);
     }
-    let tiles: Vec<Tile> = (tiles.iter())
-        .map(|(label, picture)| Tile { label, picture })
-        .collect();
+    let tiles: Vec<Tile> = (tiles.iter()).map(|(label, picture)| Tile { label, picture }).collect();
     let sheet = contact_sheet(&tiles, methods.len() + 1)?;
     // As good as fits.
     let mut bytes = Vec::new();
@@ -99,10 +94,8 @@ fn rows(methods: &[&Value]) -> Vec<Row> {
     let others: Vec<Vec<u64>> = methods.iter().map(|scores| frames_of(scores)).collect();
     let is_common = |frame: &u64| others.iter().all(|frames| frames.contains(frame));
     let mut rows = Vec::new();
-    for (environment, by_frame) in network["relit_psnr_by_frame_db"]
-        .as_object()
-        .into_iter()
-        .flatten()
+    for (environment, by_frame) in
+        network["relit_psnr_by_frame_db"].as_object().into_iter().flatten()
     {
         let by_frame = by_frame.as_array().into_iter().flatten();
         let mut reached: Vec<(f64, u64)> = by_frame
@@ -111,14 +104,12 @@ fn rows(methods: &[&Value]) -> Vec<Row> {
             .filter(|(_, frame)| is_common(frame))
             .collect();
         reached.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let ends = [
-            reached.first(),
-            reached.last().filter(|_| reached.len() > 1),
-        ];
-        rows.extend(ends.into_iter().flatten().map(|(_, frame)| Row {
-            environment: environment.clone(),
-            frame: *frame,
-        }));
+        let ends = [reached.first(), reached.last().filter(|_| reached.len() > 1)];
+        rows.extend(
+            ends.into_iter()
+                .flatten()
+                .map(|(_, frame)| Row { environment: environment.clone(), frame: *frame }),
+        );
     }
     rows
 }
@@ -128,9 +119,7 @@ impl Row {
     fn decibels(&self, of: &Scored) -> Option<f64> {
         let scores = &of.kept.result;
         let frames = scores["frames"].as_array()?;
-        let place = frames
-            .iter()
-            .position(|frame| frame.as_u64() == Some(self.frame))?;
+        let place = frames.iter().position(|frame| frame.as_u64() == Some(self.frame))?;
         scores["relit_psnr_by_frame_db"][&self.environment][place].as_f64()
     }
 }
@@ -213,10 +202,7 @@ mod tests {
             Scored {
                 method: name,
                 learnt: None,
-                kept: Kept {
-                    build: String::new(),
-                    result,
-                },
+                kept: Kept { build: String::new(), result },
                 pictures,
             }
         };

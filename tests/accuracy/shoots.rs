@@ -42,9 +42,7 @@ impl Source {
     pub fn climb(&self, options: &Options, minutes: f64) -> Result<()> {
         let (project, truth) = (self.project(), &self.folder);
         let (project, truth) = (project.to_string_lossy(), truth.to_string_lossy());
-        let kept = self
-            .ladder()?
-            .and_then(|ladder| ladder.settings.base_minutes);
+        let kept = self.ladder()?.and_then(|ladder| ladder.settings.base_minutes);
         let share = (BASE_SHARE * options.budget).clamp(*BASE_MINUTES.start(), *BASE_MINUTES.end());
         let base = options.minutes.or(kept).unwrap_or(share).to_string();
         let (seeds, within) = (options.seeds.to_string(), minutes.max(0.05).to_string());
@@ -102,11 +100,7 @@ pub fn sources(options: &Options) -> Result<Vec<Source>> {
         named.push((name.to_owned(), PathBuf::from(folder)));
     }
     let ready = named.into_iter().map(|(name, folder)| {
-        let source = Source {
-            work: options.work.join(plain(&name)),
-            name,
-            folder,
-        };
+        let source = Source { work: options.work.join(plain(&name)), name, folder };
         let (project, shoot) = (source.project(), &source.folder);
         let (to, from) = (project.to_string_lossy(), shoot.to_string_lossy());
         if !options.no_ladder && !project.join("project.toml").exists() {

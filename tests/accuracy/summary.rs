@@ -24,10 +24,7 @@ impl Figure {
 
     /// The mean and, where seeds differ, the lowest and the highest.
     pub fn text(self, digits: usize) -> String {
-        let (low, high) = (
-            format!("{:.digits$}", self.low),
-            format!("{:.digits$}", self.high),
-        );
+        let (low, high) = (format!("{:.digits$}", self.low), format!("{:.digits$}", self.high));
         if low == high {
             return format!("{:.digits$}", self.mean);
         }
@@ -60,9 +57,7 @@ impl Step<'_> {
     }
 
     fn has_effects(&self) -> bool {
-        self.seeds
-            .iter()
-            .any(|measured| measured.changes_db.is_some())
+        self.seeds.iter().any(|measured| measured.changes_db.is_some())
     }
 }
 
@@ -81,10 +76,8 @@ pub fn steps(ladder: &Ledger) -> Vec<Step<'_>> {
             }),
         }
     }
-    let places: Vec<Option<(f64, f64)>> = steps
-        .iter()
-        .map(|step| (!step.has_effects()).then(|| step.place()))
-        .collect();
+    let places: Vec<Option<(f64, f64)>> =
+        steps.iter().map(|step| (!step.has_effects()).then(|| step.place())).collect();
     for (step, mine) in steps.iter_mut().zip(&places) {
         let beats = |other: &(f64, f64)| {
             mine.is_some_and(|mine| other.0 <= mine.0 && other.1 >= mine.1 && *other != mine)

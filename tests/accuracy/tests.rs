@@ -34,10 +34,7 @@ fn figures_of_several_builds_are_never_mixed_without_a_word() {
 }
 
 fn kept(result: Value) -> Kept {
-    Kept {
-        build: "0badcafe".to_owned(),
-        result,
-    }
+    Kept { build: "0badcafe".to_owned(), result }
 }
 
 #[test]
@@ -70,16 +67,10 @@ fn every_rung_of_a_ladder_has_its_line_and_its_point() -> Result<()> {
     let found = steps(&shoot.ladder);
     assert!(found.iter().all(|step| step.seeds.len() == 2));
     assert!(found.iter().any(|step| step.on_front));
-    let bench = Bench {
-        name: "relight",
-        kept: kept(json!({"machine": {}, "threads": 2, "rows": []})),
-    };
+    let bench =
+        Bench { name: "relight", kept: kept(json!({"machine": {}, "threads": 2, "rows": []})) };
     let page = folder.path().join("accuracy.md");
-    let reached = |olats: f64| Reached {
-        like: vec![3, 9],
-        olats,
-        relit: 20.0,
-    };
+    let reached = |olats: f64| Reached { like: vec![3, 9], olats, relit: 20.0 };
     let quarter = |within: f64| json!({"said": [0.01, 0.02], "within": [within, 0.9], "cells": 5});
     let added = Added {
         seed: 7,
@@ -142,10 +133,7 @@ fn every_rung_of_a_ladder_has_its_line_and_its_point() -> Result<()> {
     let svg = std::fs::read_to_string(folder.path().join("accuracy/small-stage.svg")).unwrap();
     assert!(svg.contains("<svg") && svg.contains("field=f32"), "{svg}");
     let table = std::fs::read_to_string(folder.path().join("accuracy/small-stage.csv")).unwrap();
-    assert!(
-        table.lines().count() > 2 && table.contains(",truth of the small stage,"),
-        "{table}"
-    );
+    assert!(table.lines().count() > 2 && table.contains(",truth of the small stage,"), "{table}");
     Ok(())
 }
 
@@ -162,17 +150,9 @@ fn ladder(folder: &Path) -> Result<Ledger> {
     };
     virtual_stage::write_shoot(&shoot, &stage, &silent)?;
     let root = folder.join("film");
-    let mut project = import(
-        &root,
-        &shoot,
-        &ImportSettings { size: 16, seed: 1 },
-        &silent,
-    )?;
-    let found = calibration::calibrate(
-        &mut project,
-        &calibration::CalibrateSettings::default(),
-        &silent,
-    )?;
+    let mut project = import(&root, &shoot, &ImportSettings { size: 16, seed: 1 }, &silent)?;
+    let found =
+        calibration::calibrate(&mut project, &calibration::CalibrateSettings::default(), &silent)?;
     found.save(&project)?;
     let settings = TradeoffSettings {
         truth: Some(shoot),

@@ -35,9 +35,7 @@ fn is_refused(output: &Output, folder: &Path) -> bool {
         Some(0) => false,
         Some(1) => {
             let sentence = said.lines().last().unwrap_or_default();
-            let file = ["film", "again", "out"]
-                .iter()
-                .any(|name| sentence.contains(name));
+            let file = ["film", "again", "out"].iter().any(|name| sentence.contains(name));
             assert!(
                 sentence.starts_with("afterlight: cannot write ")
                     && file
@@ -75,10 +73,7 @@ fn check(ground: &Ground, folder: &Path, step: u64) -> u64 {
 /// Nothing unfinished is left but what the next save of a training removes.
 fn check_left_over(folder: &Path) {
     let left = left_over(folder);
-    let hidden = |path: &Path| {
-        path.components()
-            .any(|part| part.as_os_str() == "checkpoints")
-    };
+    let hidden = |path: &Path| path.components().any(|part| part.as_os_str() == "checkpoints");
     assert!(left.iter().all(|path| hidden(path)), "{left:?}");
 }
 
@@ -102,9 +97,7 @@ fn a_file_that_can_grow_no_more_at_any_byte_ends_every_command_with_a_sentence()
         limited.args(["-c", &script, "sh"]).arg(program);
         limited.args(words(command, number));
         let plain = ground.command(&[]);
-        let settings = plain
-            .get_envs()
-            .filter_map(|(key, value)| Some((key, value?)));
+        let settings = plain.get_envs().filter_map(|(key, value)| Some((key, value?)));
         let folder = ground.folder.path();
         limited.envs(settings).current_dir(folder);
         let output = limited.output().unwrap();
@@ -143,11 +136,7 @@ fn a_disk_that_fills_at_any_time_ends_every_command_with_a_sentence() {
             return;
         };
         let folder = disk.0.path();
-        let copied = Command::new("cp")
-            .arg("-a")
-            .arg(ground.film())
-            .arg(folder)
-            .status();
+        let copied = Command::new("cp").arg("-a").arg(ground.film()).arg(folder).status();
         assert!(copied.unwrap().success());
         std::os::unix::fs::symlink(ground.at("shoot"), folder.join("shoot")).unwrap();
         // As far away as the shoot is from there.
@@ -158,9 +147,7 @@ fn a_disk_that_fills_at_any_time_ends_every_command_with_a_sentence() {
         })
         .unwrap();
         fill(&folder.join("ballast"), room);
-        let before = checkpoint::info(&folder.join("film/checkpoint"))
-            .unwrap()
-            .step;
+        let before = checkpoint::info(&folder.join("film/checkpoint")).unwrap().step;
         let command = COMMANDS[number as usize % COMMANDS.len()];
         let mut program = afterlight(folder);
         program.args(words(command, number));

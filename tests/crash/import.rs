@@ -10,10 +10,7 @@ fn an_import_that_fails_leaves_no_project_and_can_be_tried_again() {
     let output = ground.run(&[&import[..], &["--lamps", "999"]].concat());
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(
-        said.contains("999") && !ground.at("again/project.toml").exists(),
-        "{said}"
-    );
+    assert!(said.contains("999") && !ground.at("again/project.toml").exists(), "{said}");
     ground.succeed(&[&import[..], &["--lamps", "4"]].concat());
     let project = afterlight::project::Project::open(&ground.at("again")).unwrap();
     assert_eq!(project.settings.shoot.lamps.len(), 4);
@@ -33,11 +30,7 @@ fn a_shoot_whose_path_is_not_utf_8_is_refused_in_words() {
     // A link is followed; the folder itself is what project.toml names.
     let mut linked = ground.command(&["import", "linked", "--size", "16", "--shoot"]);
     let output = linked.arg(odd).output().unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     std::fs::remove_file(ground.folder.path().join(odd)).unwrap();
     std::fs::rename(ground.at("shoot"), ground.folder.path().join(odd)).unwrap();
     let mut command = ground.command(&["import", "odd", "--size", "16", "--shoot"]);

@@ -27,21 +27,14 @@ impl Tally {
             End::Finished(status, said) => {
                 assert!(status.success(), "{said}");
                 self.finished += 1;
-                assert!(
-                    self.finished < 100 + 10 * self.killed,
-                    "it is hardly ever killed"
-                );
+                assert!(self.finished < 100 + 10 * self.killed, "it is hardly ever killed");
             }
         }
         self.unfinished += u32::from(left_over > 0);
     }
 
     fn sentence(&self) -> String {
-        let Self {
-            killed,
-            finished,
-            unfinished,
-        } = self;
+        let Self { killed, finished, unfinished } = self;
         // For those who run it with another number of kills.
         let sentence = format!(
             "{killed} kills, {unfinished} of them with something unfinished; {finished} runs ended before"
@@ -55,11 +48,7 @@ impl Tally {
 fn measured(command: &mut Command) -> Duration {
     let started = Instant::now();
     let output = command.output().unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     started.elapsed()
 }
 
@@ -74,21 +63,12 @@ fn a_killed_import_leaves_no_project_or_a_whole_one() {
     while tally.killed < moments.count {
         let i = tally.killed + tally.finished;
         let root = ground.at(&format!("import-{i}"));
-        let end = moments
-            .next(whole, &[&root])
-            .kill(&mut import(&format!("import-{i}")));
+        let end = moments.next(whole, &[&root]).kill(&mut import(&format!("import-{i}")));
         tally.add(end, left_over(&root).len());
         if !root.join("project.toml").exists() {
             // Nothing that is left stands in the way.
             age(&left_over(&root));
-            ground.succeed(&[
-                "import",
-                &format!("import-{i}"),
-                "--shoot",
-                "shoot",
-                "--size",
-                "16",
-            ]);
+            ground.succeed(&["import", &format!("import-{i}"), "--shoot", "shoot", "--size", "16"]);
         }
         assert_eq!(Project::open(&root).unwrap().settings, wanted);
         ground.clean_up(&root);
@@ -217,16 +197,13 @@ impl Ground {
         let folder = self.at("film/checkpoint");
         let mut last = self.command(settings).spawn().unwrap();
         test_support::wait_for(|| {
-            checkpoint::info(&folder)
-                .is_ok_and(|info| info.step > step + 1)
-                .then_some(())
+            checkpoint::info(&folder).is_ok_and(|info| info.step > step + 1).then_some(())
         });
         last.kill().unwrap();
         last.wait().unwrap();
         let log = std::fs::read_to_string(self.at("film/training.csv")).unwrap();
-        let steps: Vec<u64> = (log.lines().skip(1))
-            .filter_map(|line| line.split(',').next()?.parse().ok())
-            .collect();
+        let steps: Vec<u64> =
+            (log.lines().skip(1)).filter_map(|line| line.split(',').next()?.parse().ok()).collect();
         assert!(steps.is_sorted_by(|a, b| a < b), "{steps:?}");
         self.clean_up(&self.film());
         // What training itself leaves, the next save removes.
@@ -234,10 +211,7 @@ impl Ground {
         let hidden = |path: &Path| path.parent().is_some_and(|at| at.ends_with("checkpoints"));
         let (folders, files): (Vec<_>, Vec<_>) = left.iter().partition(|path| hidden(path));
         let within = |file: &PathBuf| folders.iter().any(|folder| file.starts_with(folder));
-        assert!(
-            folders.len() <= 1 && files.into_iter().all(within),
-            "{left:?}"
-        );
+        assert!(folders.len() <= 1 && files.into_iter().all(within), "{left:?}");
     }
 }
 
@@ -257,9 +231,7 @@ fn killed_stills_are_whole_or_not_there() {
     while tally.killed < moments.count {
         let i = (tally.killed + tally.finished) as usize;
         let which = i % lights.len();
-        let end = moments
-            .next(known[which].0, &[&out])
-            .kill(&mut relight(lights[which]));
+        let end = moments.next(known[which].0, &[&out]).kill(&mut relight(lights[which]));
         tally.add(end, left_over(&out).len());
         for (frame, bytes) in files().into_iter().enumerate() {
             let bytes = bytes.unwrap();
@@ -291,13 +263,7 @@ fn a_killed_movie_is_the_old_one() {
     let export = || ground.relight("nave", "out/clip.mp4");
     let frames = || {
         let mut probe = Command::new("ffprobe");
-        probe.args([
-            "-v",
-            "error",
-            "-count_frames",
-            "-show_entries",
-            "stream=nb_read_frames",
-        ]);
+        probe.args(["-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames"]);
         let output = probe.args(["-of", "csv=p=0"]).arg(&movie).output().unwrap();
         String::from_utf8_lossy(&output.stdout).trim().to_owned()
     };

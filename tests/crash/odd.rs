@@ -6,16 +6,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use test_support::small_disk::SmallDisk;
 
-const TRAIN: [&str; 8] = [
-    "train",
-    "film",
-    "--device",
-    "cpu",
-    "--set",
-    "width=8",
-    "--set",
-    "checkpoint-seconds=0",
-];
+const TRAIN: [&str; 8] =
+    ["train", "film", "--device", "cpu", "--set", "width=8", "--set", "checkpoint-seconds=0"];
 
 #[test]
 fn checkpoints_are_copied_where_the_disk_refuses_links() {
@@ -27,11 +19,7 @@ fn checkpoints_are_copied_where_the_disk_refuses_links() {
     let kept = ground.at("film/checkpoints");
     std::fs::create_dir_all(&kept).unwrap();
     let mut copy = std::process::Command::new("cp");
-    let copied = copy
-        .arg("-a")
-        .arg(kept.join("."))
-        .arg(disk.0.path())
-        .status();
+    let copied = copy.arg("-a").arg(kept.join(".")).arg(disk.0.path()).status();
     assert!(copied.unwrap().success());
     std::fs::remove_dir_all(&kept).unwrap();
     std::os::unix::fs::symlink(disk.0.path(), &kept).unwrap();

@@ -15,10 +15,7 @@ const SECONDS: &str = "AFTERLIGHT_SHARED_SECONDS";
 /// Runs a command; it must end.
 fn ended(ground: &Ground, arguments: &[&str]) -> Output {
     let mut command = ground.command(arguments);
-    command
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped());
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
     test_support::wait_for(|| child.try_wait().unwrap());
     child.wait_with_output().unwrap()
@@ -53,9 +50,7 @@ fn words(text: &str) -> Vec<String> {
 #[test]
 fn programs_that_share_a_project_lose_nothing_and_never_hang() {
     let ground = Ground::new();
-    let seconds = std::env::var(SECONDS)
-        .ok()
-        .and_then(|text| text.parse().ok());
+    let seconds = std::env::var(SECONDS).ok().and_then(|text| text.parse().ok());
     let deadline = Instant::now() + Duration::from_secs(seconds.unwrap_or(6));
     let over = || Instant::now() > deadline;
     let folder = ground.at("film/checkpoint");
@@ -111,11 +106,7 @@ fn programs_that_share_a_project_lose_nothing_and_never_hang() {
         let name = format!("light-{number}");
         assert!(names.contains(&name), "{name} is not among {names:?}");
     }
-    assert_eq!(
-        (listed.1, relit.1),
-        (0, 0),
-        "neither needs the project alone"
-    );
+    assert_eq!((listed.1, relit.1), (0, 0), "neither needs the project alone");
     Calibration::load(&project).unwrap();
     let state = checkpoint::load_training(&folder, &Device::flex()).unwrap();
     assert!(state.info.step > first || trained.0 == 0);

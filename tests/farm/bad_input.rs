@@ -11,11 +11,7 @@ use test_support::small_disk::SmallDisk;
 fn written() -> Option<Ground> {
     test_support::ffmpeg().then(|| {
         let ground = Ground::new();
-        ground.write_job(
-            "a job",
-            "joined.mov",
-            &["--engine", "openjd", "--chunk", "6"],
-        );
+        ground.write_job("a job", "joined.mov", &["--engine", "openjd", "--chunk", "6"]);
         ground
     })
 }
@@ -35,10 +31,7 @@ fn a_project_that_changes_while_its_job_runs_changes_nothing_in_it() {
     // More training, another calibration, another name: all that an artist may do meanwhile.
     let train = "train;my film;--epochs;3;--device;cpu;--set;width=8;--set;most-channels=16;--json";
     succeed(ground.path(), &train.split(';').collect::<Vec<_>>());
-    succeed(
-        ground.path(),
-        &["calibrate", "my film", "--gamma", "srgb", "--json"],
-    );
+    succeed(ground.path(), &["calibrate", "my film", "--gamma", "srgb", "--json"]);
     ground.export("later.mov");
     assert!(ground.read("later.mov") != ground.read("alone.mov"));
     ground.chunk("a job", "6-11");
@@ -60,16 +53,9 @@ fn a_worker_of_another_version_is_refused_by_both_names() {
     // Settings that this version does not know are no reason to fail before.
     job["work"] = serde_json::json!({ "dream": {} });
     std::fs::write(&file, job.to_string()).unwrap();
-    for command in [
-        &["farm-chunk", "a job", "--frames", "0-5"][..],
-        &["farm-assemble", "a job"],
-    ] {
+    for command in [&["farm-chunk", "a job", "--frames", "0-5"][..], &["farm-assemble", "a job"]] {
         let said = fail(ground.path(), command);
-        let names = [
-            env!("CARGO_PKG_VERSION"),
-            &ours,
-            "0.0.9 (build ffffffffffff)",
-        ];
+        let names = [env!("CARGO_PKG_VERSION"), &ours, "0.0.9 (build ffffffffffff)"];
         assert!(names.iter().all(|name| said.contains(name)), "{said}");
     }
     assert!(ground.frames("a job").is_empty());
@@ -102,14 +88,8 @@ fn frames_that_lack_or_are_damaged_are_named_with_their_command() {
     ground.export("alone.mov");
     ground.chunk("a job", "0-5");
     let said = fail(ground.path(), &["farm-assemble", "a job"]);
-    assert!(
-        said.contains("6 of 12") && said.contains("6-11 are missing"),
-        "{said}"
-    );
-    assert!(
-        said.contains("afterlight farm-chunk 'a job' --frames 6-11"),
-        "{said}"
-    );
+    assert!(said.contains("6 of 12") && said.contains("6-11 are missing"), "{said}");
+    assert!(said.contains("afterlight farm-chunk 'a job' --frames 6-11"), "{said}");
     ground.chunk("a job", "6-11");
     // Half a frame, another frame's file, and one that is gone.
     let frame = |number| ground.frame("a job", number);
@@ -117,28 +97,16 @@ fn frames_that_lack_or_are_damaged_are_named_with_their_command() {
     std::fs::copy(frame(7), frame(8)).unwrap();
     std::fs::remove_file(frame(11)).unwrap();
     let said = fail(ground.path(), &["farm-assemble", "a job"]);
-    for words in [
-        "3 of 12",
-        "2 is not whole",
-        "8 was made of another",
-        "11 is missing",
-    ] {
+    for words in ["3 of 12", "2 is not whole", "8 was made of another", "11 is missing"] {
         assert!(said.contains(words), "{said}");
     }
     assert!(!ground.at("joined.mov").exists());
     let report: Value = serde_json::from_slice(&ground.read("a job/report.json")).unwrap();
-    let again: Vec<&str> = report["again"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|c| c.as_str().unwrap())
-        .collect();
+    let again: Vec<&str> =
+        report["again"].as_array().unwrap().iter().map(|c| c.as_str().unwrap()).collect();
     assert_eq!(again.len(), 3);
     for (command, frames) in again.iter().zip(["2", "8", "11"]) {
-        assert_eq!(
-            *command,
-            format!("afterlight farm-chunk 'a job' --frames {frames}")
-        );
+        assert_eq!(*command, format!("afterlight farm-chunk 'a job' --frames {frames}"));
         assert_eq!(ground.chunk("a job", frames)["kept"], 0);
     }
     ground.assemble("a job");
@@ -162,19 +130,13 @@ fn a_lost_worker_s_frames_are_kept_and_two_workers_at_one_chunk_do_no_harm() {
         let workers = [threads.spawn(run), threads.spawn(run)];
         workers.map(|worker| worker.join().unwrap()).into()
     });
-    let kept: Vec<usize> = both
-        .iter()
-        .map(|r| r["kept"].as_u64().unwrap() as usize)
-        .collect();
+    let kept: Vec<usize> = both.iter().map(|r| r["kept"].as_u64().unwrap() as usize).collect();
     assert!(kept.contains(&left), "{kept:?}: {left} were there");
     assert!(kept.contains(&6), "{kept:?}: the other one finds all");
     ground.chunk("a job", "6-11");
     // Clocks of workers and of the disk differ: nothing depends on when a file was written.
     for frame in 0..FRAMES {
-        let file = std::fs::File::options()
-            .write(true)
-            .open(ground.frame("a job", frame))
-            .unwrap();
+        let file = std::fs::File::options().write(true).open(ground.frame("a job", frame)).unwrap();
         file.set_modified(std::time::UNIX_EPOCH + std::time::Duration::from_secs(frame as u64))
             .unwrap();
     }
@@ -196,32 +158,14 @@ fn footage_that_changes_is_noticed_and_footage_elsewhere_is_found() {
     std::fs::rename(ground.at("shoot"), ground.at("moved")).unwrap();
     let said = fail(ground.path(), &["farm-chunk", "a job", "--frames", "0-5"]);
     assert!(said.contains("shoot"), "{said}");
-    let chunk = [
-        "farm-chunk",
-        "a job",
-        "--frames",
-        "0-11",
-        "--shoot",
-        "moved",
-        "--json",
-    ];
-    assert_eq!(
-        succeed(ground.path(), &chunk)["kept"],
-        12,
-        "the same pictures"
-    );
+    let chunk = ["farm-chunk", "a job", "--frames", "0-11", "--shoot", "moved", "--json"];
+    assert_eq!(succeed(ground.path(), &chunk)["kept"], 12, "the same pictures");
     let plates = std::fs::read_dir(ground.at("moved/interview")).unwrap();
     let mut plates: Vec<_> = plates.map(|entry| entry.unwrap().path()).collect();
     plates.sort();
     std::fs::copy(&plates[4], &plates[5]).unwrap();
-    let said = fail(
-        ground.path(),
-        &["farm-assemble", "a job", "--shoot", "moved"],
-    );
-    assert!(
-        said.contains("1 of 12") && said.contains("5 was made of another"),
-        "{said}"
-    );
+    let said = fail(ground.path(), &["farm-assemble", "a job", "--shoot", "moved"]);
+    assert!(said.contains("1 of 12") && said.contains("5 was made of another"), "{said}");
 }
 
 #[test]
@@ -272,23 +216,13 @@ fn a_full_disk_is_a_sentence_and_loses_nothing() {
     let Some(disk) = SmallDisk::mount(200) else {
         return;
     };
-    ground.write_job(
-        "a job",
-        &disk.at("%02d.exr"),
-        &["--engine", "slurm", "--chunk", "12"],
-    );
+    ground.write_job("a job", &disk.at("%02d.exr"), &["--engine", "slurm", "--chunk", "12"]);
     let said = fail(ground.path(), &["farm-chunk", "a job", "--frames", "0-11"]);
-    assert!(
-        said.contains("room") && said.contains("frames are kept"),
-        "{said}"
-    );
+    assert!(said.contains("room") && said.contains("frames are kept"), "{said}");
     let there = disk.names().len() as u64;
     assert!(there > 0);
     // What was finished is whole, and is not made again.
-    let output = afterlight(
-        ground.path(),
-        &["farm-chunk", "a job", "--frames", "0-0", "--json"],
-    );
+    let output = afterlight(ground.path(), &["farm-chunk", "a job", "--frames", "0-0", "--json"]);
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["kept"], 1, "it is {there} files");
 }
@@ -315,8 +249,5 @@ fn a_job_is_written_into_an_empty_folder_alone_and_to_its_end() {
     let said = fail(ground.path(), &["farm-chunk", "a job", "--frames", "6-99"]);
     assert!(said.contains("0 to 11"), "{said}");
     let said = fail(ground.path(), &["farm-chunk", "a job", "--task", "0"]);
-    assert!(
-        said.contains("no training 0") || said.contains("has no training"),
-        "{said}"
-    );
+    assert!(said.contains("no training 0") || said.contains("has no training"), "{said}");
 }

@@ -25,24 +25,12 @@ fn open_job_description_runs_a_job_whose_worker_is_killed() {
     };
     let ground = Ground::new();
     ground.export("alone.mov");
-    let written = ground.write_job(
-        "a job",
-        "joined.mov",
-        &["--engine", "openjd", "--chunk", "6"],
-    );
+    let written = ground.write_job("a job", "joined.mov", &["--engine", "openjd", "--chunk", "6"]);
     let template = ground.text("a job/template.json");
-    assert!(
-        written["submit"]
-            .as_str()
-            .unwrap()
-            .contains("template.json")
-    );
+    assert!(written["submit"].as_str().unwrap().contains("template.json"));
     openjd(&program, true, &["check", &template]);
     let summary = openjd(&program, true, &["summary", &template]);
-    assert!(
-        summary.contains("Relight") && summary.contains("Assemble"),
-        "{summary}"
-    );
+    assert!(summary.contains("Relight") && summary.contains("Assemble"), "{summary}");
     // The first chunk is killed in the middle; its engine says that it failed.
     let tasks = r#"[{"Frame": 0}]"#;
     let first = ["run", &template, "--step", "Relight", "--tasks", tasks];
@@ -59,20 +47,9 @@ fn open_job_description_runs_a_job_whose_worker_is_killed() {
     let left = ground.frames("a job");
     assert!((1..6).contains(&left.len()), "{left:?}");
     // All of it again, with other chunks: the job's parameters say so.
-    let whole = [
-        "run",
-        &template,
-        "--step",
-        "Assemble",
-        "--run-dependencies",
-        "-p",
-        "ChunkSize=4",
-    ];
+    let whole = ["run", &template, "--step", "Assemble", "--run-dependencies", "-p", "ChunkSize=4"];
     let told = openjd(&program, true, &whole);
-    assert!(
-        told.contains(&format!("({} were before)", left.len().min(4))),
-        "{told}"
-    );
+    assert!(told.contains(&format!("({} were before)", left.len().min(4))), "{told}");
     assert!(ground.read("joined.mov") == ground.read("alone.mov"));
     shown!(Accidents, "A farm's worker is killed under Open Job Description, and the job is run again",
         danger: "the movie cannot be joined, or is another one",
@@ -86,38 +63,22 @@ fn open_job_description_s_templates_say_what_they_need() {
         return;
     };
     let ground = Ground::new();
-    let more = [
-        "--engine", "openjd", "--chunk", "1", "--memory", "7.5", "--frames", "3-3",
-    ];
+    let more = ["--engine", "openjd", "--chunk", "1", "--memory", "7.5", "--frames", "3-3"];
     ground.write_job("one", "one.%04d.png", &more);
     let text = std::fs::read_to_string(ground.at("one/template.json")).unwrap();
     let template: serde_json::Value = serde_json::from_str(&text).unwrap();
     let needs = &template["steps"][0]["hostRequirements"]["amounts"];
     assert_eq!(needs[1]["min"], 7153, "7.5 GB in MiB");
+    openjd(&program, true, &["check", &ground.text("one/template.json")]);
     openjd(
         &program,
         true,
-        &["check", &ground.text("one/template.json")],
-    );
-    openjd(
-        &program,
-        true,
-        &[
-            "run",
-            &ground.text("one/template.json"),
-            "--step",
-            "Assemble",
-            "--run-dependencies",
-        ],
+        &["run", &ground.text("one/template.json"), "--step", "Assemble", "--run-dependencies"],
     );
     assert!(ground.at("one.0003.png").is_file());
     // A template that is none is refused by the same program.
     std::fs::write(ground.at("one/template.json"), text.replace("INT", "IMT")).unwrap();
-    openjd(
-        &program,
-        false,
-        &["check", &ground.text("one/template.json")],
-    );
+    openjd(&program, false, &["check", &ground.text("one/template.json")]);
 }
 
 #[test]
@@ -135,10 +96,7 @@ fn slurm_runs_a_job_whose_worker_is_killed() {
     );
     let submit = || {
         let mut shell = slurm.command("sh");
-        let output = shell
-            .args(["-c", written["submit"].as_str().unwrap()])
-            .output()
-            .unwrap();
+        let output = shell.args(["-c", written["submit"].as_str().unwrap()]).output().unwrap();
         assert!(output.status.success(), "{}", said(&output));
         said(&output)
     };
@@ -151,11 +109,7 @@ fn slurm_runs_a_job_whose_worker_is_killed() {
     kill_the_worker(&job, &ground.frame("a job", 0));
     // The last step waits for chunks that succeed: it never comes, and is taken out of the queue.
     let ended = test_support::wait_for(|| {
-        let queue = slurm
-            .command("squeue")
-            .args(["-h", "-o", "%j %r"])
-            .output()
-            .unwrap();
+        let queue = slurm.command("squeue").args(["-h", "-o", "%j %r"]).output().unwrap();
         let queue = String::from_utf8_lossy(&queue.stdout).into_owned();
         let waits = queue.lines().count() == 1 && queue.contains("Dependency");
         (waits || queue.is_empty()).then_some(queue)
@@ -163,11 +117,7 @@ fn slurm_runs_a_job_whose_worker_is_killed() {
     assert!(!ground.at("joined.mov").exists(), "{ended}");
     let left = ground.frames("a job").len();
     assert!(left < FRAMES, "{left}");
-    slurm
-        .command("scancel")
-        .arg("--user=root")
-        .status()
-        .unwrap();
+    slurm.command("scancel").arg("--user=root").status().unwrap();
     slurm.wait_until_empty().unwrap();
     submit();
     slurm.wait_until_empty().unwrap();

@@ -25,25 +25,15 @@ impl Ground {
         static MADE: OnceLock<TempDir> = OnceLock::new();
         let made = MADE.get_or_init(|| {
             let folder = tempfile::tempdir().unwrap();
-            let shoot = TestShoot {
-                frames: FRAMES,
-                size: 64,
-                working_size: 64,
-                ..TestShoot::default()
-            };
+            let shoot =
+                TestShoot { frames: FRAMES, size: 64, working_size: 64, ..TestShoot::default() };
             shoot.calibrate(folder.path(), "my film");
             let train = "--epochs 1 --device cpu --set width=8 --set most-channels=16";
             let train: Vec<&str> = train.split(' ').collect();
-            succeed(
-                folder.path(),
-                &[&["train", "my film", "--json"], &train[..]].concat(),
-            );
+            succeed(folder.path(), &[&["train", "my film", "--json"], &train[..]].concat());
             folder
         });
-        let folder = tempfile::Builder::new()
-            .prefix("a farm ")
-            .tempdir()
-            .unwrap();
+        let folder = tempfile::Builder::new().prefix("a farm ").tempdir().unwrap();
         copy(made.path(), folder.path());
         Self { folder }
     }
@@ -62,10 +52,7 @@ impl Ground {
 
     /// Exports on this machine, as a person does.
     pub fn export(&self, to: &str) {
-        succeed(
-            self.path(),
-            &[&["relight", "my film", "--to", to, "--json"], &LOOK[..]].concat(),
-        );
+        succeed(self.path(), &[&["relight", "my film", "--to", to, "--json"], &LOOK[..]].concat());
     }
 
     /// Writes a job of the same export; what the program says of it.
@@ -75,10 +62,7 @@ impl Ground {
     }
 
     pub fn chunk(&self, job: &str, frames: &str) -> Value {
-        succeed(
-            self.path(),
-            &["farm-chunk", job, "--frames", frames, "--json"],
-        )
+        succeed(self.path(), &["farm-chunk", job, "--frames", frames, "--json"])
     }
 
     pub fn assemble(&self, job: &str) -> Value {
@@ -91,9 +75,7 @@ impl Ground {
 
     /// Which of a movie's frames are there.
     pub fn frames(&self, job: &str) -> Vec<usize> {
-        (0..FRAMES)
-            .filter(|frame| self.frame(job, *frame).is_file())
-            .collect()
+        (0..FRAMES).filter(|frame| self.frame(job, *frame).is_file()).collect()
     }
 
     pub fn frame(&self, job: &str, frame: usize) -> PathBuf {
@@ -165,11 +147,7 @@ fn chunks_are_joined_to_the_movie_that_one_export_writes() {
     }
     let ground = Ground::new();
     // Eight bits, sixteen bits, and sixteen bits with straight alpha.
-    for (ending, more) in [
-        ("mp4", &[][..]),
-        ("mov", &[]),
-        ("mkv", &["--no-background"]),
-    ] {
+    for (ending, more) in [("mp4", &[][..]), ("mov", &[]), ("mkv", &["--no-background"])] {
         let (alone, joined) = (format!("alone.{ending}"), format!("joined.{ending}"));
         let job = format!("job of {ending}");
         let local = ["relight", "my film", "--to", &alone, "--json"];
@@ -179,10 +157,7 @@ fn chunks_are_joined_to_the_movie_that_one_export_writes() {
             &joined,
             &[&["--engine", "slurm", "--chunk", "5"], more].concat(),
         );
-        assert_eq!(
-            (&written["tasks"], &written["chunks"]),
-            (&12.into(), &3.into())
-        );
+        assert_eq!((&written["tasks"], &written["chunks"]), (&12.into(), &3.into()));
         // In any order.
         for frames in ["10+5", "0+5", "5+5"] {
             ground.chunk(&job, frames);
@@ -265,11 +240,7 @@ fn a_job_has_the_keys_the_lights_and_the_effects_of_its_look() {
     .unwrap();
     let smooth = ["--engine", "slurm", "--chunk", "2", "--keys", "smooth.json"];
     assert_eq!(
-        ground.write_job(
-            "smooth",
-            "b%d.png",
-            &[&smooth[..], &["--frames", "2-7"]].concat()
-        )["chunk"],
+        ground.write_job("smooth", "b%d.png", &[&smooth[..], &["--frames", "2-7"]].concat())["chunk"],
         6
     );
     let lost = r#"{"lights.7.yaw": {"keys": [{"frame": 0, "value": 0}]}}"#;
@@ -357,14 +328,7 @@ fn what_other_programs_open_is_written_once_all_frames_are_there() {
     let report = ground.assemble("a job");
     let names = |report: &Value| -> Vec<String> {
         let files = report["hand_over"].as_array().unwrap().iter();
-        let name = |file: &Value| {
-            file.as_str()
-                .unwrap()
-                .rsplit('/')
-                .next()
-                .unwrap()
-                .to_owned()
-        };
+        let name = |file: &Value| file.as_str().unwrap().rsplit('/').next().unwrap().to_owned();
         files.map(name).collect()
     };
     assert_eq!(names(&report), names(&alone));

@@ -9,11 +9,7 @@ use std::time::Instant;
 #[test]
 fn the_simulation_says_what_two_workers_take() {
     let ground = Ground::new();
-    ground.write_job(
-        "job",
-        "out.%02d.png",
-        &["--engine", "slurm", "--chunk", "2"],
-    );
+    ground.write_job("job", "out.%02d.png", &["--engine", "slurm", "--chunk", "2"]);
     // Two workers take chunks from one queue, as an engine hands them out.
     let queue = Mutex::new((0..FRAMES).step_by(2));
     let records: Mutex<Vec<Value>> = Mutex::default();
@@ -55,13 +51,6 @@ fn the_simulation_says_what_two_workers_take() {
     let run = farm.run();
     // What the records do not see: the system starts each program, and the last chunk may run alone.
     let off = took / run.seconds;
-    eprintln!(
-        "two workers took {took:.2} s, simulated {:.2} s",
-        run.seconds
-    );
-    assert!(
-        (0.8..1.5).contains(&off),
-        "{took} s, simulated {} s",
-        run.seconds
-    );
+    eprintln!("two workers took {took:.2} s, simulated {:.2} s", run.seconds);
+    assert!((0.8..1.5).contains(&off), "{took} s, simulated {} s", run.seconds);
 }

@@ -12,21 +12,12 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
     let written = succeed(ground.path(), &write.split(';').collect::<Vec<_>>());
     assert_eq!(written["tasks"], 1);
     let before = succeed(ground.path(), &["checkpoints", "my film", "--json"]);
-    let trained = succeed(
-        ground.path(),
-        &["farm-chunk", "a job", "--task", "0", "--json"],
-    );
+    let trained = succeed(ground.path(), &["farm-chunk", "a job", "--task", "0", "--json"]);
     assert!(trained["steps"].as_u64() > before["present"]["step"].as_u64());
     // The artist's own project is as it was.
-    assert_eq!(
-        succeed(ground.path(), &["checkpoints", "my film", "--json"]),
-        before
-    );
+    assert_eq!(succeed(ground.path(), &["checkpoints", "my film", "--json"]), before);
     // A worker that is given the task again has nothing left to do.
-    let again = succeed(
-        ground.path(),
-        &["farm-chunk", "a job", "--task", "0", "--json"],
-    );
+    let again = succeed(ground.path(), &["farm-chunk", "a job", "--task", "0", "--json"]);
     assert_eq!(again["steps"], trained["steps"]);
     let said = fail(ground.path(), &["farm-chunk", "a job", "--task", "1"]);
     assert!(said.contains("no training 1"), "{said}");
@@ -41,9 +32,7 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
     std::fs::write(&job, whole).unwrap();
 
     let entries = std::fs::read_dir(ground.at("a job/projects")).unwrap();
-    let copies: Vec<String> = entries
-        .map(|e| e.unwrap().path().display().to_string())
-        .collect();
+    let copies: Vec<String> = entries.map(|e| e.unwrap().path().display().to_string()).collect();
     let adopt = ["checkpoints", "my film", "--adopt", &copies[0], "--json"];
     let adopted = succeed(ground.path(), &adopt);
     assert_eq!(adopted["info"]["step"], trained["steps"]);
@@ -55,16 +44,10 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
     assert_eq!(aside["info"]["step"], before["present"]["step"]);
     // Once more changes nothing.
     succeed(ground.path(), &adopt);
-    assert_eq!(
-        succeed(ground.path(), &["checkpoints", "my film", "--json"]),
-        list
-    );
+    assert_eq!(succeed(ground.path(), &["checkpoints", "my film", "--json"]), list);
 
     // A network of another calibration, size or set of lamps is none of this project's.
-    succeed(
-        ground.path(),
-        &["calibrate", "my film", "--gamma", "srgb", "--json"],
-    );
+    succeed(ground.path(), &["calibrate", "my film", "--gamma", "srgb", "--json"]);
     let said = fail(ground.path(), &adopt[..4]);
     assert!(said.contains("its calibration differs"), "{said}");
     for (name, more, what) in [
@@ -91,26 +74,14 @@ fn a_rung_that_a_farm_trained_comes_home_with_its_own_shape_of_network() {
     let job: Value = serde_json::from_slice(&ground.read("rungs/job.json")).unwrap();
     let tasks = job["work"]["train"].as_array().unwrap();
     let names: Vec<&str> = tasks.iter().map(|t| t["name"].as_str().unwrap()).collect();
-    assert_eq!(
-        names,
-        [
-            "virtual stage width=16",
-            "virtual stage width=16,most-channels=32"
-        ]
-    );
+    assert_eq!(names, ["virtual stage width=16", "virtual stage width=16,most-channels=32"]);
     let shape = |checkpoints: &Value| checkpoints["present"]["network"].clone();
     let list = || succeed(ground.path(), &["checkpoints", "my film", "--json"]);
     let before = list();
-    let trained = succeed(
-        ground.path(),
-        &["farm-chunk", "rungs", "--task", "1", "--json"],
-    );
+    let trained = succeed(ground.path(), &["farm-chunk", "rungs", "--task", "1", "--json"]);
     assert_eq!(list(), before);
     let copy = format!("rungs/{}", tasks[1]["folder"].as_str().unwrap());
-    let adopted = succeed(
-        ground.path(),
-        &["checkpoints", "my film", "--adopt", &copy, "--json"],
-    );
+    let adopted = succeed(ground.path(), &["checkpoints", "my film", "--adopt", &copy, "--json"]);
     assert_eq!(adopted["info"]["step"], trained["steps"]);
     let after = list();
     assert_ne!(shape(&after), shape(&before));
@@ -120,17 +91,11 @@ fn a_rung_that_a_farm_trained_comes_home_with_its_own_shape_of_network() {
     let kept = after["kept"].as_array().unwrap();
     let aside = kept.iter().find(|kept| kept["aside"] == true).unwrap();
     let name = aside["name"].as_str().unwrap();
-    succeed(
-        ground.path(),
-        &["checkpoints", "my film", "--back-to", name, "--json"],
-    );
+    succeed(ground.path(), &["checkpoints", "my film", "--back-to", name, "--json"]);
     assert_eq!(shape(&list()), shape(&before));
     // A task that was not run has nothing to bring home.
     let other = format!("rungs/{}", tasks[0]["folder"].as_str().unwrap());
-    let said = fail(
-        ground.path(),
-        &["checkpoints", "my film", "--adopt", &other],
-    );
+    let said = fail(ground.path(), &["checkpoints", "my film", "--adopt", &other]);
     assert!(said.contains("rungs"), "{said}");
     // A shape that no network has is refused before anything is written.
     let odd = "farm-train;my film;--rung;width=12;--engine;slurm;--to;odd";

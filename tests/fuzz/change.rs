@@ -74,11 +74,7 @@ impl Draw<'_> {
     /// A length that is more often short than long.
     fn length(&mut self, most: usize) -> usize {
         let long = self.byte();
-        let length = if long < 200 {
-            1 + long % 16
-        } else {
-            self.below(most)
-        };
+        let length = if long < 200 { 1 + long % 16 } else { self.below(most) };
         length.min(most)
     }
 }
@@ -154,10 +150,7 @@ fn retype(file: &mut Vec<u8>, draw: &mut Draw) {
     let Some(&start) = starts.get(draw.below(starts.len())) else {
         return;
     };
-    let length = file[start..]
-        .iter()
-        .take_while(|&&b| is_number(b) || is_word(b))
-        .count();
+    let length = file[start..].iter().take_while(|&&b| is_number(b) || is_word(b)).count();
     let typed = TYPED[draw.byte() % TYPED.len()];
     file.splice(start..start + length, typed.bytes());
 }
@@ -199,10 +192,7 @@ mod tests {
                 })
                 .collect();
             let (chosen, file) = changed(&files, state & 1 == 0, &draws);
-            met.insert((
-                chosen,
-                String::from_utf8_lossy(&file).contains("4611686018427387904"),
-            ));
+            met.insert((chosen, String::from_utf8_lossy(&file).contains("4611686018427387904")));
         }
         assert!(met.contains(&(2, true)) && met.len() >= 5, "{met:?}");
         assert_eq!(changed(&files, true, &[0, 0, 2, 0]).1, files[2]);

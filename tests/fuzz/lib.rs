@@ -50,22 +50,12 @@ pub struct Target {
 impl Target {
     /// A target for files of words and numbers.
     pub fn of_text(name: &'static str, place: PathBuf, seeds: Vec<Vec<u8>>) -> Self {
-        Self {
-            of_text: true,
-            ..Self::of_bytes(name, place, seeds)
-        }
+        Self { of_text: true, ..Self::of_bytes(name, place, seeds) }
     }
 
     /// A target for other files.
     pub fn of_bytes(name: &'static str, place: PathBuf, seeds: Vec<Vec<u8>>) -> Self {
-        Self {
-            name,
-            place,
-            seeds,
-            of_text: false,
-            repair: |_| (),
-            most_memory: MOST_MEMORY,
-        }
+        Self { name, place, seeds, of_text: false, repair: |_| (), most_memory: MOST_MEMORY }
     }
 }
 
@@ -143,12 +133,8 @@ impl Run {
     fn read(&self, file: &[u8], read: &dyn Fn(&Path) -> Outcome) -> Outcome {
         let place = &self.target.place;
         // Not emptied first, for which file systems would wait for the disk each time.
-        let mut written = File::options()
-            .create(true)
-            .write(true)
-            .truncate(false)
-            .open(place)
-            .unwrap();
+        let mut written =
+            File::options().create(true).write(true).truncate(false).open(place).unwrap();
         written.write_all(file).unwrap();
         written.set_len(file.len() as u64).unwrap();
         drop(written);
@@ -183,20 +169,14 @@ impl Run {
     /// Refuses an error that a person cannot use.
     fn judge(&self, sentence: &str) {
         let name = self.target.place.file_name().unwrap().to_string_lossy();
-        assert!(
-            sentence.contains(&*name),
-            "the error does not name {name}: {sentence}"
-        );
+        assert!(sentence.contains(&*name), "the error does not name {name}: {sentence}");
         assert!(
             sentence.len() <= LONGEST_SENTENCE,
             "the error has {} letters: {sentence:.300} …",
             sentence.len()
         );
         let strange = |c: char| c.is_control() && c != '\n';
-        assert!(
-            !sentence.contains(strange),
-            "the error has control characters: {sentence:?}"
-        );
+        assert!(!sentence.contains(strange), "the error has control characters: {sentence:?}");
     }
 
     /// What was measured, for `docs/stability.md`.

@@ -29,11 +29,7 @@ fn run(folder: &Path, more: &[&str]) -> Result<(), String> {
         .unwrap();
     let said = [output.stdout, output.stderr].concat();
     let said = String::from_utf8_lossy(&said).into_owned();
-    if output.status.success() {
-        Ok(())
-    } else {
-        Err(said)
-    }
+    if output.status.success() { Ok(()) } else { Err(said) }
 }
 
 /// The largest difference of a frame that Blender rebuilt to the picture in the files, in multiples of the value there.
@@ -60,10 +56,7 @@ fn blender_rebuilds_the_picture_from_its_layers() {
     // A file that is gone is said, and nothing is rendered.
     std::fs::remove_file(folder.join(HARD_NAME.replace("%04d", "0000"))).unwrap();
     let said = run(&folder, &[]).unwrap_err();
-    assert!(
-        said.contains("is missing; keep the script beside"),
-        "{said}"
-    );
+    assert!(said.contains("is missing; keep the script beside"), "{said}");
 }
 
 #[test]
@@ -159,11 +152,8 @@ fn world_and_lamps_light_as_ours_do() {
     // The same under the rig's lamps, with the weights of the shot.
     let project = Project::open(&FOLDER.path().join("film")).unwrap();
     let rig: Rig = Calibration::load(&project).unwrap().rig;
-    let lighting = afterlight::light::Lighting {
-        pitch_deg: 25.0,
-        intensity_stops: 0.5,
-        ..Default::default()
-    };
+    let lighting =
+        afterlight::light::Lighting { pitch_deg: 25.0, intensity_stops: 0.5, ..Default::default() };
     let weighting = lighting.weighting;
     let weights = afterlight::light::EnvironmentWeights::new(&sky, &rig, weighting)
         .weights(&lighting, 110.0, 1.0);
@@ -187,12 +177,8 @@ fn world_and_lamps_light_as_ours_do() {
         let (across, up) = place(x, y);
         Some(level * sky.radiance(wrong * Vec3::new(across, up, -1.0))[1])
     });
-    let turned_lamps = error(&read(&folder.join("lamps.exr")), |x, y| {
-        under_lamps(31 - x, y)
-    });
-    let turned_world = error(&read(&folder.join("world.exr")), |x, y| {
-        under_sky(31 - x, y)
-    });
+    let turned_lamps = error(&read(&folder.join("lamps.exr")), |x, y| under_lamps(31 - x, y));
+    let turned_world = error(&read(&folder.join("world.exr")), |x, y| under_sky(31 - x, y));
     let wrong = [wrong, turned_lamps, turned_world];
     // Three times what is allowed.
     assert!(wrong.iter().all(|error| *error > 0.15), "{wrong:?}");
@@ -234,11 +220,7 @@ fn placed_lights_follow_their_keys() {
     let towards = |azimuth: f32, elevation: f32| {
         let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
         let level = elevation.cos();
-        [
-            level * azimuth.sin(),
-            level * azimuth.cos(),
-            elevation.sin(),
-        ]
+        [level * azimuth.sin(), level * azimuth.cos(), elevation.sin()]
     };
     for (index, suns) in frames.iter().enumerate() {
         let k = index as f32;

@@ -43,11 +43,7 @@ pub fn read(path: &Path) -> Channels {
         read_all_flat_layers_from_file(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let frame = file.attributes.display_window;
     let (width, height) = (frame.size.width(), frame.size.height());
-    let mut channels = Channels {
-        width,
-        height,
-        values: BTreeMap::new(),
-    };
+    let mut channels = Channels { width, height, values: BTreeMap::new() };
     for (index, part) in file.layer_data.iter().enumerate() {
         let at = part.attributes.layer_position - frame.position;
         let own = part.attributes.layer_name.as_ref().map(ToString::to_string);

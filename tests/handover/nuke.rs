@@ -75,10 +75,7 @@ fn groups_add_up_to_the_subject() {
             sum.iter_mut().zip(group).for_each(|(sum, v)| *sum += v);
         }
     }
-    assert!(
-        groups >= 2,
-        "six lamps all around are on more than one side"
-    );
+    assert!(groups >= 2, "six lamps all around are on more than one side");
     let wanted = picture(&folder, 1);
     for (sum, wanted_value) in sum.iter().zip(wanted.get("rgba.green")) {
         assert!((sum - wanted_value).abs() <= ROUNDING * (wanted_value + 1e-3));

@@ -130,11 +130,7 @@ impl Script {
                     let count = knobs.iter().find(|(name, _)| name == "inputs");
                     let count = count.map_or(1, |(_, word)| word.text().parse().unwrap());
                     let taken = (0..count).map(|_| stack.pop().expect("an input")).collect();
-                    nodes.push(Node {
-                        class: class.to_owned(),
-                        knobs,
-                        inputs: taken,
-                    });
+                    nodes.push(Node { class: class.to_owned(), knobs, inputs: taken });
                     if class != "Root" {
                         stack.push(nodes.len() - 1);
                     }
@@ -142,10 +138,7 @@ impl Script {
                 _ => panic!("{texts:?} is no command"),
             }
         }
-        Self {
-            nodes,
-            folder: path.parent().unwrap().to_path_buf(),
-        }
+        Self { nodes, folder: path.parent().unwrap().to_path_buf() }
     }
 
     /// The node that is called so.
@@ -273,9 +266,7 @@ impl Node {
                     let keys: Vec<&str> = keys.split(' ').collect();
                     let at = format!("x{frame}");
                     let key = keys.chunks(2).find(|key| key[0] == at);
-                    key.unwrap_or_else(|| panic!("no key {at} in {name}"))[1]
-                        .parse()
-                        .unwrap()
+                    key.unwrap_or_else(|| panic!("no key {at} in {name}"))[1].parse().unwrap()
                 }
                 None => self.expression(text, frame),
             },

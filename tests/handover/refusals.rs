@@ -7,17 +7,9 @@ fn what_a_program_could_not_open_is_refused_before_anything_is_relit() {
     for (to, more, said) in [
         ("no/layers.%04d.exr", "--hand-over nuke", "--layers"),
         ("no/layers.mov", "--hand-over otio,blender", "--layers"),
-        (
-            "no/a#.%04d.exr",
-            "--layers --hand-over nuke",
-            "frame's number",
-        ),
+        ("no/a#.%04d.exr", "--layers --hand-over nuke", "frame's number"),
         ("no/%d/a.exr", "--hand-over otio", "Number the files alone"),
-        (
-            "no/a.%04d.v2.exr",
-            "--layers --hand-over blender",
-            "number last",
-        ),
+        ("no/a.%04d.v2.exr", "--layers --hand-over blender", "number last"),
         (
             "no/a.%04d.exr",
             "--layers --layer-files parts --hand-over nuke,blender",

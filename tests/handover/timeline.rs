@@ -30,10 +30,7 @@ fn a_sequence_is_read_with_its_frames_rate_and_time_code() {
     let clip = &timeline["clips"][0];
     let rate = clip["start"][1].as_f64().unwrap();
     assert_eq!(clip["name"], HARD_NAME.replace(".%04d.exr", ""));
-    assert_eq!(
-        (&clip["start"][0], &clip["duration"][0]),
-        (&1.0.into(), &3.0.into())
-    );
+    assert_eq!((&clip["start"][0], &clip["duration"][0]), (&1.0.into(), &3.0.into()));
     assert_eq!(clip["codes"][0], "00:00:00:01");
     assert_eq!(clip["media"]["range"][0], clip["start"]);
     assert_eq!(timeline["start"][0].as_f64().unwrap(), 3600.0 * rate);
@@ -42,20 +39,14 @@ fn a_sequence_is_read_with_its_frames_rate_and_time_code() {
     for (address, frame) in addresses.iter().zip(1..) {
         let path = decoded(address.as_str().unwrap());
         let wanted = folder.join(HARD_NAME.replace("%04d", &format!("{frame:04}")));
-        assert_eq!(
-            std::fs::canonicalize(path).unwrap(),
-            std::fs::canonicalize(wanted).unwrap()
-        );
+        assert_eq!(std::fs::canonicalize(path).unwrap(), std::fs::canonicalize(wanted).unwrap());
     }
     let list = read(&python, &file(".edl"), &[&format!("{rate}/1")]);
     assert_eq!(list["clips"][0]["start"], clip["start"]);
     assert_eq!(list["clips"][0]["duration"], clip["duration"]);
     let said = figures["hand_over"].as_array().unwrap();
     assert!(
-        said.len() == 2
-            && said
-                .iter()
-                .all(|f| FOLDER.path().join(f.as_str().unwrap()).is_file())
+        said.len() == 2 && said.iter().all(|f| FOLDER.path().join(f.as_str().unwrap()).is_file())
     );
 }
 

@@ -40,14 +40,8 @@ struct Options {
 /// Stages that are made here: name and options of `stage`.
 const STAGES: [(&str, &str); 3] = [
     ("stage: hair, glasses", "--seed 301 --hair brown --glasses"),
-    (
-        "stage: hand, reseated",
-        "--seed 302 --hands --reseated 0.02",
-    ),
-    (
-        "stage: dark skin, shine",
-        "--seed 303 --skin 0.95 --shine 0.8",
-    ),
+    ("stage: hand, reseated", "--seed 302 --hands --reseated 0.02"),
+    ("stage: dark skin, shine", "--seed 303 --skin 0.95 --shine 0.8"),
 ];
 /// Methods that need no training, as `evaluate --with` names them. The last is the rig's limit.
 const UNTRAINED: [&str; 4] = ["nearest", "ratio", "transfer", "truth-olats"];
@@ -107,16 +101,9 @@ fn run(options: &Options) -> Result<()> {
             let [mean, worst] = figures.relit;
             let olats = figures
                 .olats
-                .map_or("exact | ".to_owned(), |[mean, worst]| {
-                    format!("{mean:.1} | {worst:.1}")
-                });
-            let edges = figures
-                .edges
-                .map_or("–".to_owned(), |db| format!("{db:.1}"));
-            let _ = writeln!(
-                page,
-                "| {method} | {mean:.1} | {worst:.1} | {olats} | {edges} |"
-            );
+                .map_or("exact | ".to_owned(), |[mean, worst]| format!("{mean:.1} | {worst:.1}"));
+            let edges = figures.edges.map_or("–".to_owned(), |db| format!("{db:.1}"));
+            let _ = writeln!(page, "| {method} | {mean:.1} | {worst:.1} | {olats} | {edges} |");
         }
     }
     write_beside(&options.page, |out| out.write_all(page.as_bytes()))
@@ -134,11 +121,7 @@ fn means(all: &[(Shoot, Vec<Row>)]) -> String {
             let olats = row.figures.olats.map_or(f64::NAN, |[mean, _]| mean);
             Some((
                 shoot.given,
-                [
-                    row.figures.relit[0],
-                    olats,
-                    row.figures.edges.unwrap_or(f64::NAN),
-                ],
+                [row.figures.relit[0], olats, row.figures.edges.unwrap_or(f64::NAN)],
             ))
         };
         let found: Vec<(bool, [f64; 3])> = all.iter().filter_map(of).collect();
@@ -176,18 +159,10 @@ fn shoots(options: &Options) -> Result<Vec<Shoot>> {
         let (name, folder) = shoot.split_once('=').ok_or_else(|| {
             Error::invalid(format!("{shoot:?} names no shoot"), "Write it as NAME=DIR")
         })?;
-        all.push(Shoot {
-            name: name.to_owned(),
-            folder: PathBuf::from(folder),
-            given: true,
-        });
+        all.push(Shoot { name: name.to_owned(), folder: PathBuf::from(folder), given: true });
     }
     let mut made = |name: &str, folder: PathBuf| {
-        all.push(Shoot {
-            name: name.to_owned(),
-            folder,
-            given: false,
-        });
+        all.push(Shoot { name: name.to_owned(), folder, given: false });
     };
     let demo = options.work.join("demo");
     if !demo.join("shoot/manifest.json").exists() {
@@ -220,11 +195,8 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
     std::fs::create_dir_all(&work)
         .map_err(|e| Error::io("write", &work, e, "Check that the folder can be written"))?;
     let project = work.join("project");
-    let (to, from, size) = (
-        project.to_string_lossy(),
-        shoot.to_string_lossy(),
-        options.size.to_string(),
-    );
+    let (to, from, size) =
+        (project.to_string_lossy(), shoot.to_string_lossy(), options.size.to_string());
     if !project.join("project.toml").exists() {
         afterlight(options, &["import", &to, "--shoot", &from, "--size", &size])?;
     }
@@ -233,18 +205,13 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
     }
     let score = |method: &str, file: &str| -> Result<Figures> {
         let path = work.join(format!("{file}.json"));
-        if let Some(kept) = std::fs::read(&path)
-            .ok()
-            .and_then(|text| serde_json::from_slice(&text).ok())
+        if let Some(kept) =
+            std::fs::read(&path).ok().and_then(|text| serde_json::from_slice(&text).ok())
         {
             return figures(&kept, method);
         }
-        let printed = afterlight(
-            options,
-            &[
-                "evaluate", &to, "--truth", &from, "--with", method, "--json",
-            ],
-        )?;
+        let printed =
+            afterlight(options, &["evaluate", &to, "--truth", &from, "--with", method, "--json"])?;
         let found: Value = serde_json::from_slice(&printed)
             .map_err(|e| Error::bug(format!("evaluate --json printed no JSON: {e}")))?;
         write_beside(&path, |out| out.write_all(&printed))?;
@@ -252,10 +219,7 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
     };
     let mut rows = Vec::new();
     for method in UNTRAINED {
-        rows.push(Row {
-            method: method.to_owned(),
-            figures: score(method, method)?,
-        });
+        rows.push(Row { method: method.to_owned(), figures: score(method, method)? });
     }
     for minutes in &options.minutes {
         let kept = |method: &str| format!("{method}-{minutes}");
@@ -263,24 +227,12 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
             let total = minutes.to_string();
             afterlight(
                 options,
-                &[
-                    "train",
-                    &to,
-                    "--preset",
-                    "quick",
-                    "--minutes",
-                    &total,
-                    "--exclude-truth",
-                    &from,
-                ],
+                &["train", &to, "--preset", "quick", "--minutes", &total, "--exclude-truth", &from],
             )?;
         }
         for method in ["prediction", "network"] {
             let method_after = format!("{method}, {minutes} min");
-            rows.push(Row {
-                method: method_after,
-                figures: score(method, &kept(method))?,
-            });
+            rows.push(Row { method: method_after, figures: score(method, &kept(method))? });
         }
     }
     Ok(rows)
@@ -290,9 +242,7 @@ fn figures(found: &Value, method: &str) -> Result<Figures> {
     let missing = || Error::bug(format!("evaluate --with {method} printed no figures"));
     let relit = found["relit_psnr_db"].as_object().ok_or_else(missing)?;
     let relit: Vec<f64> = relit.values().filter_map(Value::as_f64).collect();
-    let frames = found["olat_psnr_by_frame_db"]
-        .as_object()
-        .ok_or_else(missing)?;
+    let frames = found["olat_psnr_by_frame_db"].as_object().ok_or_else(missing)?;
     let frames: Vec<f64> = frames.values().filter_map(Value::as_f64).collect();
     let both = |values: &[f64]| {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
@@ -304,9 +254,7 @@ fn figures(found: &Value, method: &str) -> Result<Figures> {
     let olats = (method != "truth-olats" && !frames.is_empty()).then(|| both(&frames));
     Ok(Figures {
         relit: both(&relit),
-        edges: found["olat_shadow_edges"]["psnr_db"]
-            .as_f64()
-            .filter(|_| olats.is_some()),
+        edges: found["olat_shadow_edges"]["psnr_db"].as_f64().filter(|_| olats.is_some()),
         olats,
     })
 }
@@ -314,11 +262,9 @@ fn figures(found: &Value, method: &str) -> Result<Figures> {
 /// Runs the program. Returns its standard output.
 fn afterlight(options: &Options, arguments: &[&str]) -> Result<Vec<u8>> {
     println!("afterlight {}", arguments.join(" "));
-    let output = (Command::new(&options.program)
-        .args(arguments)
-        .stderr(Stdio::piped())
-        .output())
-    .map_err(|e| Error::io("start", &options.program, e, "Build it first: make build"))?;
+    let output =
+        (Command::new(&options.program).args(arguments).stderr(Stdio::piped()).output())
+            .map_err(|e| Error::io("start", &options.program, e, "Build it first: make build"))?;
     if output.status.success() {
         return Ok(output.stdout);
     }
@@ -331,7 +277,5 @@ fn afterlight(options: &Options, arguments: &[&str]) -> Result<Vec<u8>> {
 
 /// A name of letters, digits and hyphens.
 fn plain(name: &str) -> String {
-    name.chars()
-        .map(|c| if c.is_alphanumeric() { c } else { '-' })
-        .collect()
+    name.chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect()
 }

@@ -19,11 +19,7 @@ pub fn afterlight(folder: &Path, arguments: &[&str]) -> Output {
 pub fn succeed(folder: &Path, arguments: &[&str]) -> Value {
     let output = afterlight(folder, arguments);
     let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{arguments:?} failed: {errors}"
-    );
+    assert_eq!(output.status.code(), Some(0), "{arguments:?} failed: {errors}");
     let printed = String::from_utf8(output.stdout).expect("figures are text");
     serde_json::from_str(&printed)
         .unwrap_or_else(|e| panic!("{arguments:?} printed {printed:?}: {e}"))

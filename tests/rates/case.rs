@@ -17,12 +17,7 @@ pub struct Case {
 }
 
 const fn case(plate: (usize, usize), network: usize, lamps: usize, stills: bool) -> Case {
-    Case {
-        plate,
-        network,
-        lamps,
-        stills,
-    }
+    Case { plate, network, lamps, stills }
 }
 
 const HD: (usize, usize) = (1080, 1920);
@@ -68,14 +63,7 @@ impl Case {
         let [network, lamps] = [network, lamps].map(ToString::to_string);
         // A run that was stopped may have left it.
         if !project.join("project.toml").exists() {
-            let import = [
-                "--shoot",
-                text(&shoot)?,
-                "--size",
-                &network,
-                "--lamps",
-                &lamps,
-            ];
+            let import = ["--shoot", text(&shoot)?, "--size", &network, "--lamps", &lamps];
             afterlight.run("import", &[&[name], &import[..]].concat())?;
         }
         afterlight.run("calibrate", &[name])?;
@@ -143,6 +131,5 @@ fn scale(from: &Path, to: &Path, (width, height): (usize, usize)) -> Result<()> 
 }
 
 pub fn text(path: &Path) -> Result<&str> {
-    path.to_str()
-        .ok_or_else(|| format!("the path {} is not UTF-8", path.display()))
+    path.to_str().ok_or_else(|| format!("the path {} is not UTF-8", path.display()))
 }

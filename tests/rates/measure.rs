@@ -113,12 +113,7 @@ fn write_job(
 /// Bytes of a frame's plate and matte, on average.
 fn footage_bytes(shoot: &Path) -> Result<f64> {
     let plates = files(&shoot.join("interview"))?.len();
-    let interview = files(shoot)?
-        .into_iter()
-        .filter(|file| is_interview(shoot, file));
-    let bytes: u64 = interview
-        .filter_map(|file| file.metadata().ok())
-        .map(|data| data.len())
-        .sum();
+    let interview = files(shoot)?.into_iter().filter(|file| is_interview(shoot, file));
+    let bytes: u64 = interview.filter_map(|file| file.metadata().ok()).map(|data| data.len()).sum();
     Ok(bytes as f64 / plates.max(1) as f64)
 }

@@ -38,9 +38,8 @@ fn write(program: &Path, folder: &Path, page: &Path) -> Result<()> {
     // Whatever lacks is said before anything is measured.
     let text = std::fs::read_to_string(page).map_err(|e| e.to_string())?;
     with_tables(&text, "")?;
-    let afterlight = Afterlight {
-        program: std::path::absolute(program).map_err(|e| e.to_string())?,
-    };
+    let afterlight =
+        Afterlight { program: std::path::absolute(program).map_err(|e| e.to_string())? };
     let mut rates: Vec<Rate> = Vec::new();
     for case in &CASES {
         eprintln!("{}", case.words());

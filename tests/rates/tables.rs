@@ -120,13 +120,7 @@ fn scaling(text: &mut String, rate: &Rate, disk: &str, bytes: f64) {
     let (alone, _) = chunks(1);
     for workers in WORKERS {
         let (seconds, run) = chunks(workers);
-        let Run {
-            assemble_seconds,
-            worker_seconds,
-            losses,
-            held_back,
-            ..
-        } = run;
+        let Run { assemble_seconds, worker_seconds, losses, held_back, .. } = run;
         let _ = writeln!(
             text,
             "| {} | {:.1} | {:.1} | {} | {losses} | {:.0} % |",
@@ -186,10 +180,7 @@ mod tests {
             written_mb: 8.0,
             assemble_rate: 12.0,
         };
-        let machine = Machine {
-            threads: 2,
-            ..Machine::default()
-        };
+        let machine = Machine { threads: 2, ..Machine::default() };
         let text = tables(&[rate("one", 500.0), rate("another", 750.0)], &machine);
         // 4.32 million frames: 600 hours, with a last step of 100 hours 1,400 of its threads.
         let line = "| one | 600 | 1,400 | 43.2 TB | 34.6 TB | 100 | $56 |";

@@ -22,12 +22,7 @@ pub struct TestShoot {
 
 impl Default for TestShoot {
     fn default() -> Self {
-        Self {
-            frames: 3,
-            lamps: 6,
-            size: 32,
-            working_size: 32,
-        }
+        Self { frames: 3, lamps: 6, size: 32, working_size: 32 }
     }
 }
 
@@ -49,10 +44,7 @@ impl TestShoot {
 
     /// A project of the shoot in `folder`, at `project` in or outside of it.
     pub fn import(&self, folder: &Path, project: impl AsRef<Path>) -> Project {
-        let settings = ImportSettings {
-            size: self.working_size,
-            seed: 5,
-        };
+        let settings = ImportSettings { size: self.working_size, seed: 5 };
         let (shoot, root) = (self.write(folder), folder.join(project));
         footage::import(&root, &shoot, &settings, &Progress::silent()).unwrap()
     }
@@ -82,10 +74,7 @@ mod tests {
         let now = std::fs::metadata(&manifest).unwrap().modified().unwrap();
         assert_eq!(written, now);
         assert_eq!(first.settings.shoot.lamps, second.settings.shoot.lamps);
-        assert_eq!(
-            (first.settings.size, first.settings.shoot.frames.len()),
-            (32, 3)
-        );
+        assert_eq!((first.settings.size, first.settings.shoot.frames.len()), (32, 3));
         assert_eq!(found.rig.lamps.len(), 6);
         assert!(first.calibration_path().exists() && !second.calibration_path().exists());
     }

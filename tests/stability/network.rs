@@ -78,15 +78,9 @@ fn frames() -> Vec<Frame> {
         Mask::from_fn(SIZE, SIZE, |x, y| f32::from(u8::from((x, y) == (5, 9)))),
         Mask::filled(SIZE, SIZE, 0.0),
     ];
-    let pairs = plates
-        .iter()
-        .flat_map(|plate| masks.iter().map(move |mask| (plate, mask)));
+    let pairs = plates.iter().flat_map(|plate| masks.iter().map(move |mask| (plate, mask)));
     pairs
-        .map(|(plate, mask)| Frame {
-            index: 0,
-            plate: plate.clone(),
-            mask: mask.clone(),
-        })
+        .map(|(plate, mask)| Frame { index: 0, plate: plate.clone(), mask: mask.clone() })
         .collect()
 }
 
@@ -95,15 +89,9 @@ fn wrong_pixels(predictor: &Predictor, compute: &ComputeDevice, storage: Storage
     let mut wrong = 0;
     for frame in frames() {
         let field = predictor.predict_on_device(&frame).unwrap();
-        let field = FieldEncoder::new(storage)
-            .encode(field, compute.passes())
-            .unwrap();
+        let field = FieldEncoder::new(storage).encode(field, compute.passes()).unwrap();
         let lit = field.relight(&[[1.0; 3]; LAMPS]).unwrap();
-        let pixels = lit
-            .pixels
-            .iter()
-            .zip(&frame.plate.pixels)
-            .zip(&frame.mask.pixels);
+        let pixels = lit.pixels.iter().zip(&frame.plate.pixels).zip(&frame.mask.pixels);
         for ((pixel, plate), alpha) in pixels {
             let light = |c: usize| {
                 let most = if *alpha > 0.0 {
@@ -129,14 +117,8 @@ const KINDS: [(Normalization, Statistics); 4] = [
 
 /// Whether all pictures of the frames are finite.
 fn pictures_are_finite(predictor: &Predictor, compute: &ComputeDevice) -> bool {
-    let weights = LightWeights {
-        per_lamp: vec![[1.0; 3]; LAMPS],
-        uncovered: 0.0,
-    };
-    let scene = Scene {
-        output: Output::Linear,
-        ..Scene::default()
-    };
+    let weights = LightWeights { per_lamp: vec![[1.0; 3]; LAMPS], uncovered: 0.0 };
+    let scene = Scene { output: Output::Linear, ..Scene::default() };
     frames().iter().all(|frame| {
         let field = predictor.predict_on_device(frame).unwrap();
         let mut encoder = FieldEncoder::new(Storage::F16);
@@ -177,11 +159,7 @@ fn collapsed_and_saturated(
                 predictor(&network, config.clone(), &compute.device)
             };
             let normalized = normalization != Normalization::None && statistics == Statistics::Own;
-            let changes = if normalized {
-                &CHANGES[..]
-            } else {
-                &UNNORMALIZED[..]
-            };
+            let changes = if normalized { &CHANGES[..] } else { &UNNORMALIZED[..] };
             for &(factor, shift) in changes {
                 let predictor = changed(factor, shift);
                 for &storage in storages {

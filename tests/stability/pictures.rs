@@ -23,14 +23,8 @@ fn mattes((width, height): (usize, usize)) -> [(&'static str, Mask); 4] {
     [
         ("empty", Mask::filled(width, height, 0.0)),
         ("full", Mask::filled(width, height, 1.0)),
-        (
-            "of one pixel",
-            Mask::from_fn(width, height, |x, y| f32::from(u8::from((x, y) == one))),
-        ),
-        (
-            "a ramp",
-            Mask::from_fn(width, height, |x, _| x as f32 / width as f32),
-        ),
+        ("of one pixel", Mask::from_fn(width, height, |x, y| f32::from(u8::from((x, y) == one)))),
+        ("a ramp", Mask::from_fn(width, height, |x, _| x as f32 / width as f32)),
     ]
 }
 
@@ -94,9 +88,7 @@ impl Set {
                 view: CameraView::default(),
                 upstream: Upstream::default(),
                 extra: Extra {
-                    grain: Some(&Grain {
-                        deviation: [[0.03; 3]; 8],
-                    }),
+                    grain: Some(&Grain { deviation: [[0.03; 3]; 8] }),
                     ..Extra::default()
                 },
             };
@@ -108,11 +100,7 @@ impl Set {
 /// The largest difference of linear light, relative to the value or to middle grey; all of it finite.
 fn apart([here, there]: &[Picture; 2], what: &str) -> f32 {
     let [here, there] = [here, there].map(|p| p.linear.as_ref().expect("linear light"));
-    let pairs = here
-        .pixels
-        .iter()
-        .flatten()
-        .zip(there.pixels.iter().flatten());
+    let pairs = here.pixels.iter().flatten().zip(there.pixels.iter().flatten());
     let apart = pairs.map(|(a, b)| {
         assert!(a.is_finite() && b.is_finite(), "{what}: {a}, {b}");
         (a - b).abs() / a.abs().max(0.18)
@@ -123,16 +111,9 @@ fn apart([here, there]: &[Picture; 2], what: &str) -> f32 {
 /// The largest difference of codes, in steps of 8 bits; all of them from 0 to 1.
 fn codes_apart([here, there]: &[Picture; 2], what: &str) -> f32 {
     let [here, there] = [here, there].map(|p| &p.display.as_ref().expect("codes").0);
-    let pairs = here
-        .pixels
-        .iter()
-        .flatten()
-        .zip(there.pixels.iter().flatten());
+    let pairs = here.pixels.iter().flatten().zip(there.pixels.iter().flatten());
     let apart = pairs.map(|(a, b)| {
-        assert!(
-            (0.0..=1.0).contains(a) && (0.0..=1.0).contains(b),
-            "{what}: {a}, {b}"
-        );
+        assert!((0.0..=1.0).contains(a) && (0.0..=1.0).contains(b), "{what}: {a}, {b}");
         255.0 * (a - b).abs()
     });
     apart.fold(0.0, f32::max)
@@ -150,10 +131,7 @@ fn pictures_of_odd_sizes_and_mattes_are_alike_in_memory_and_on_a_gpu() {
         for (name, mask) in mattes(size) {
             for background in [Background::Environment, Background::None] {
                 let what = format!("{size:?}, matte {name}, {background:?}");
-                let of = |output| Scene {
-                    background,
-                    ..scene(output)
-                };
+                let of = |output| Scene { background, ..scene(output) };
                 let linear = set.both(&of(Output::Linear), &mask, &environment);
                 let display = set.both(&of(Output::Display), &mask, &environment);
                 let (light, code) = (apart(&linear, &what), codes_apart(&display, &what));
@@ -163,14 +141,8 @@ fn pictures_of_odd_sizes_and_mattes_are_alike_in_memory_and_on_a_gpu() {
                 most = most.max(light);
                 codes = codes.max(code);
                 let empty = name == "empty" && background == Background::None;
-                let black = |p: &Picture| {
-                    p.linear
-                        .as_ref()
-                        .unwrap()
-                        .pixels
-                        .iter()
-                        .all(|p| *p == [0.0; 3])
-                };
+                let black =
+                    |p: &Picture| p.linear.as_ref().unwrap().pixels.iter().all(|p| *p == [0.0; 3]);
                 assert!(!empty || linear.iter().all(black), "{what}");
             }
         }
@@ -196,10 +168,7 @@ fn extreme_light_makes_finite_pictures_in_memory_and_on_a_gpu() {
     let environments = [
         ("black", environment(Image::filled(64, 32, [0.0; 3]))),
         ("uniform", environment(Image::filled(1, 1, [1.0; 3]))),
-        (
-            "one column",
-            environment(Image::from_fn(1, 9, |_, y| [y as f32; 3])),
-        ),
+        ("one column", environment(Image::from_fn(1, 9, |_, y| [y as f32; 3]))),
         ("a sun of 10⁶", sun(1e6)),
         ("the largest f32", sun(f32::MAX)),
         ("NaN", environment(Image::filled(64, 32, [f32::NAN; 3]))),

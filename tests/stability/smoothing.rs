@@ -17,9 +17,7 @@ fn gains(level: impl Fn(usize) -> f32, share: f32, noise: f32) -> Vec<f32> {
     let mut before: Option<Steady> = None;
     let step = |frame: usize| {
         let even = (0..257).map(|i| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             // Evenly distributed with mean 0 and deviation 1.
             let random = ((state >> 40) as f32 / (1u64 << 24) as f32 - 0.5) * 12f32.sqrt();
             [level(frame) * texture(i) * (1.0 + noise * random); 3]
@@ -73,10 +71,7 @@ fn noise_and_fading_light_do_not_run_away_with_the_gain() {
         let off = noisy.iter().map(|g| (g - 1.0).abs()).fold(0.0, f32::max);
         let fading = gains(|frame| (-(frame as f32) * 1e-3).exp(), share, 0.0);
         for gain in noisy.iter().chain(&fading) {
-            assert!(
-                gain.is_finite() && (0.79..=1.26).contains(gain),
-                "{share}: {gain}"
-            );
+            assert!(gain.is_finite() && (0.79..=1.26).contains(gain), "{share}: {gain}");
         }
         let fading = fading.iter().map(|g| (g - 1.0).abs()).fold(0.0, f32::max);
         measured.push(format!(

@@ -7,14 +7,8 @@ use afterlight::imaging::Image;
 use afterlight::reflectance::{CompressedField, FieldBuffer, HalfField, ReflectanceField};
 use test_support::shown;
 
-const NAMES: [&str; 6] = [
-    "f32",
-    "f16",
-    "components",
-    "f32 on the GPU",
-    "f16 on the GPU",
-    "components on the GPU",
-];
+const NAMES: [&str; 6] =
+    ["f32", "f16", "components", "f32 on the GPU", "f16 on the GPU", "components on the GPU"];
 
 /// A field in every storage format; the last three are on the GPU.
 fn formats(field: &ReflectanceField, compute: &afterlight::gpu::ComputeDevice) -> [Field; 6] {
@@ -123,9 +117,8 @@ fn pictures_of_any_size_and_any_number_of_lamps_are_summed_alike_everywhere() {
         ((64, 1), 2),
         ((65, 63), 7),
     ] {
-        let mut weights: Vec<[f32; 3]> = (0..lamps)
-            .map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32])
-            .collect();
+        let mut weights: Vec<[f32; 3]> =
+            (0..lamps).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
         weights[lamps / 2] = [1e6, 2e6, 0.5];
         let field = noise(size, lamps);
         used = most(used, in_bounds(&field, &weights, &compute));
@@ -158,11 +151,7 @@ fn values_at_the_ends_of_f16_and_f32_are_summed_without_overflow() {
     }
     // One field that has all of it: halves are denormal for most, and a GPU may take f32's denormals for 0.
     let mut field = plain;
-    for (value, unit) in field
-        .values
-        .iter_mut()
-        .zip(ends.iter().chain(&[1e-40]).cycle())
-    {
+    for (value, unit) in field.values.iter_mut().zip(ends.iter().chain(&[1e-40]).cycle()) {
         *value *= unit;
     }
     used = most(used, in_bounds(&field, &[[1.0; 3]; 5], &compute));
@@ -219,9 +208,8 @@ fn a_field_that_is_nan_infinite_or_black_stays_in_its_pixels() {
         field.values[40] = bad;
         for (format, name) in formats(&field, &compute).iter().zip(NAMES) {
             let relit = format.relight(&[[0.5; 3]; 4]).unwrap();
-            let at: Vec<usize> = (0..63)
-                .filter(|&i| relit.pixels[i].iter().any(|v| !v.is_finite()))
-                .collect();
+            let at: Vec<usize> =
+                (0..63).filter(|&i| relit.pixels[i].iter().any(|v| !v.is_finite())).collect();
             assert_eq!(at, [40], "{bad}, {name}");
         }
     }

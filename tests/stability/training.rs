@@ -57,12 +57,7 @@ fn paint(project: &Project, codes: Codes) {
 
 /// A project with the light and the camera of a small shoot.
 fn project(folder: &Path) -> (Project, afterlight::calibration::Calibration) {
-    let shoot = TestShoot {
-        frames: 2,
-        lamps: 4,
-        size: 2 * SIZE,
-        working_size: SIZE,
-    };
+    let shoot = TestShoot { frames: 2, lamps: 4, size: 2 * SIZE, working_size: SIZE };
     shoot.calibrate(folder, "film")
 }
 
@@ -94,20 +89,16 @@ fn two_thousand_steps_on_noise_black_and_one_grey_end_no_worse_than_they_began()
     let mut measured = Vec::new();
     for (name, codes) in kinds {
         paint(&project, codes);
-        for (normalization, precision) in [
-            (Normalization::Group, Precision::Full),
-            (Normalization::Batch, Precision::Half),
-        ] {
+        for (normalization, precision) in
+            [(Normalization::Group, Precision::Full), (Normalization::Batch, Precision::Half)]
+        {
             let (device, silent) = (Device::flex(), Progress::silent());
             let settings = settings(normalization, precision);
             let mut trainer =
                 Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();
             let [first, last] = losses(&mut trainer);
             println!("{name}, {normalization:?}, {precision:?}: {first:.4} to {last:.4}");
-            assert!(
-                last <= first,
-                "{name}, {normalization:?}: {first} became {last}"
-            );
+            assert!(last <= first, "{name}, {normalization:?}: {first} became {last}");
             measured.push(format!("{name} {first:.1e} to {last:.1e}"));
         }
     }

@@ -25,9 +25,7 @@ fn lights(window: &Window) -> &[afterlight::light::PlacedLight] {
 }
 
 fn until_lights(window: &mut Window, count: usize) {
-    until(window, "placed light", |app| {
-        app.state().look.lighting.placed.len() == count
-    });
+    until(window, "placed light", |app| app.state().look.lighting.placed.len() == count);
     until_shown(window);
 }
 
@@ -105,22 +103,12 @@ fn a_click_beside_the_subject_places_nothing_and_says_so() {
     assert!(lights(&window).is_empty() && !window.state().state().can_undo());
     // With Ctrl a drag turns the environment, and after Esc without it, too.
     let middle = super::MIDDLE;
-    drag(
-        &mut window,
-        middle,
-        middle + vec2(50.0, 0.0),
-        PointerButton::Primary,
-        Modifiers::COMMAND,
-    );
+    drag(&mut window, middle, middle + vec2(50.0, 0.0), PointerButton::Primary, Modifiers::COMMAND);
     let turned = window.state().state().look.yaw_deg;
     assert!(turned > 10.0 && lights(&window).is_empty(), "{turned}");
     window.key_press(Key::Escape);
     window.run_steps(2);
-    assert!(
-        window
-            .query_by_label_contains("this is not the subject")
-            .is_none()
-    );
+    assert!(window.query_by_label_contains("this is not the subject").is_none());
     plain_drag(&mut window, middle, middle + vec2(50.0, 0.0));
     assert!(window.state().state().look.yaw_deg > turned + 10.0);
     assert!(lights(&window).is_empty());
@@ -172,12 +160,7 @@ fn the_lamp_that_falls_under_the_pointer_is_proposed_and_shown_alone() {
 
 fn pointer_button(window: &mut Window, at: Pos2, button: PointerButton) {
     for pressed in [true, false] {
-        window.event(Event::PointerButton {
-            pos: at,
-            button,
-            pressed,
-            modifiers: Modifiers::NONE,
-        });
+        window.event(Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE });
         window.run_steps(2);
     }
 }
@@ -236,16 +219,10 @@ fn lights_alone_are_a_mode_that_escape_and_another_environment_end() {
     assert!(!window.state().state().look.lighting.is_solo());
     window.get_by_label_contains("Solo ended");
     undo(&mut window);
-    assert!(
-        window.state().state().look.lighting.is_solo(),
-        "one step leads back to both"
-    );
+    assert!(window.state().state().look.lighting.is_solo(), "one step leads back to both");
     // The row of the environment that is chosen.
     let state = window.state().state();
-    let row = window.state().environments()[state.look.environment]
-        .listed
-        .name
-        .clone();
+    let row = window.state().environments()[state.look.environment].listed.name.clone();
     window.get_by_label(&row).click();
     until_shown(&mut window);
     assert!(!window.state().state().look.lighting.is_solo());
@@ -282,9 +259,7 @@ fn a_solo_light_lights_the_subject_alone_and_lights_have_names() {
     assert!(window.state().state().look.yaw_deg > 10.0);
     assert_eq!(picture(&window), alone);
 
-    window
-        .get_by_role_and_label(Role::TextInput, "Name of Light 1")
-        .click();
+    window.get_by_role_and_label(Role::TextInput, "Name of Light 1").click();
     window.run_steps(3);
     window.event(Event::Text("Key".to_owned()));
     window.run_steps(2);

@@ -81,43 +81,27 @@ fn the_ball_s_circle_is_dragged_found_and_kept() {
     let scale = (place.size() - vec2(32.0, 32.0)).min_elem() / 64.0;
     let offset = vec2(kept.radius_px as f32, 0.0) * scale;
     let center = place.center()
-        + vec2(
-            kept.center_px[0] as f32 - 32.0,
-            kept.center_px[1] as f32 - 32.0,
-        ) * scale;
+        + vec2(kept.center_px[0] as f32 - 32.0, kept.center_px[1] as f32 - 32.0) * scale;
     let out = vec2(4.0 * scale, 0.0);
     plain_drag(&mut window, center + offset, center + offset + out);
     until_studied(&mut window);
     let wide = study(&window);
-    assert!(
-        (wide.circle.radius_px - kept.radius_px - 4.0).abs() < 0.3,
-        "{:?}",
-        wide.circle
-    );
+    assert!((wide.circle.radius_px - kept.radius_px - 4.0).abs() < 0.3, "{:?}", wide.circle);
     plain_drag(&mut window, center, center + out);
     until_studied(&mut window);
     let moved = study(&window).circle;
-    assert!(
-        (moved.center_px[0] - kept.center_px[0] - 4.0).abs() < 0.3,
-        "{moved:?}"
-    );
+    assert!((moved.center_px[0] - kept.center_px[0] - 4.0).abs() < 0.3, "{moved:?}");
     // A circle beside the ball shows other lamps, and no rim.
     let turned = |study: &ProbeView, other: &ProbeView| {
         let pairs = study.lamps.iter().zip(&other.lamps);
-        pairs
-            .map(|(a, b)| a.lamp.direction.angle_between(b.lamp.direction))
-            .fold(0.0, f32::max)
+        pairs.map(|(a, b)| a.lamp.direction.angle_between(b.lamp.direction)).fold(0.0, f32::max)
     };
     assert!(turned(&study(&window), &wide) > 0.05);
 
     window.get_by_label("Find").click();
     until_studied(&mut window);
     let found = study(&window);
-    assert!(
-        (found.circle.radius_px - kept.radius_px).abs() < 0.5,
-        "{:?}",
-        found.circle
-    );
+    assert!((found.circle.radius_px - kept.radius_px).abs() < 0.5, "{:?}", found.circle);
     assert!(found.rim.as_ref().unwrap().rim_share > 0.5);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     until_studied(&mut window);
@@ -149,10 +133,7 @@ fn keys_alone_set_the_circle_and_show_each_lamp() {
         circle.center_px[1] - kept.center_px[1] - 1.1,
         circle.radius_px - kept.radius_px - 1.0,
     ];
-    assert!(
-        differences.iter().all(|d| d.abs() < 1e-6),
-        "{differences:?}"
-    );
+    assert!(differences.iter().all(|d| d.abs() < 1e-6), "{differences:?}");
     let interview = study(&window).picture.clone();
     window.key_press(Key::PageDown);
     window.run_steps(2);
@@ -181,12 +162,7 @@ fn a_response_is_tried_wiped_and_kept() {
     window.get_by_label("Gamma").click();
     until_tried(&mut window);
     let first = view(&window);
-    assert!(
-        first
-            .interview_histogram
-            .iter()
-            .all(|h| h.iter().sum::<u32>() > 100)
-    );
+    assert!(first.interview_histogram.iter().all(|h| h.iter().sum::<u32>() > 100));
     window.key_press(Key::ArrowRight);
     window.key_press_modifiers(Modifiers::SHIFT, Key::ArrowUp);
     until_tried(&mut window);
@@ -195,10 +171,7 @@ fn a_response_is_tried_wiped_and_kept() {
         - first.calibrated.response.exponents().unwrap()[0];
     let gamma2 = tried.trial.response.exponents().unwrap()[1]
         - first.calibrated.response.exponents().unwrap()[1];
-    assert!(
-        (gamma1 - 0.02).abs() < 1e-4 && (gamma2 - 0.001).abs() < 1e-4,
-        "{gamma1}, {gamma2}"
-    );
+    assert!((gamma1 - 0.02).abs() < 1e-4 && (gamma2 - 0.001).abs() < 1e-4, "{gamma1}, {gamma2}");
 
     // The surface is touched far from the optimum: the picture changes, and fits worse.
     let surface = window.get_by_label("Loss surface").rect();
@@ -206,11 +179,7 @@ fn a_response_is_tried_wiped_and_kept() {
     plain_drag(&mut window, surface.center(), far);
     until_tried(&mut window);
     let worse = view(&window);
-    assert!(
-        worse.trial.response.exponents().unwrap()[0] > 3.0,
-        "{:?}",
-        worse.trial
-    );
+    assert!(worse.trial.response.exponents().unwrap()[0] > 3.0, "{:?}", worse.trial);
     assert_ne!(worse.relit, first.relit);
     assert!(
         worse.subject_distance.hypot(worse.ball_distance)
@@ -218,11 +187,7 @@ fn a_response_is_tried_wiped_and_kept() {
     );
 
     let picture = window.get_by_label("Interview and relit exemplar").rect();
-    plain_drag(
-        &mut window,
-        picture.center(),
-        Pos2::new(0.0, picture.center().y),
-    );
+    plain_drag(&mut window, picture.center(), Pos2::new(0.0, picture.center().y));
     assert_eq!(window.state().state().wipe, 0.0);
     window.key_press(Key::W);
     window.run_steps(2);
@@ -253,10 +218,7 @@ fn a_response_is_tried_wiped_and_kept() {
     window.get_by_label("Use this").click();
     until_calibrated(&mut window);
     let kept = Calibration::load(&project).unwrap();
-    assert_eq!(
-        (kept.response, kept.exposure),
-        (wanted.response, wanted.exposure)
-    );
+    assert_eq!((kept.response, kept.exposure), (wanted.response, wanted.exposure));
 }
 
 #[test]
@@ -288,9 +250,7 @@ fn what_keeps_a_workspace_empty_is_said_there() {
     window.run_steps(2);
     window.get_by_label("Gamma").click();
     window.run_steps(2);
-    until(&mut window, "reason", |app| {
-        matches!(app.analysis().gamma.as_ref(), Some(Err(_)))
-    });
+    until(&mut window, "reason", |app| matches!(app.analysis().gamma.as_ref(), Some(Err(_))));
     window.run_steps(2);
     window.get_by_label_contains("Not calibrated yet");
     assert!(window.query_by_label_contains("afterlight ").is_none());
@@ -298,9 +258,7 @@ fn what_keeps_a_workspace_empty_is_said_there() {
     snapshot_without(&mut window, "studio_gamma_error", &places);
     window.get_by_label("Probe").click();
     window.run_steps(2);
-    until(&mut window, "reason", |app| {
-        matches!(app.analysis().probe.as_ref(), Some(Err(_)))
-    });
+    until(&mut window, "reason", |app| matches!(app.analysis().probe.as_ref(), Some(Err(_))));
     window.run_steps(2);
     window.get_by_label_contains("interview.png");
     let places = lines_with(&window, "interview.png", 370.0, 910.0);

@@ -66,17 +66,10 @@ fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
     window.get_by_label_contains("do not show 1 of 12 lamps");
     snapshot(&mut window, "studio_checks");
     // The worst is first.
-    window
-        .get_all_by_label("Open Probe")
-        .next()
-        .unwrap()
-        .click();
+    window.get_all_by_label("Open Probe").next().unwrap().click();
     window.run_steps(3);
     let state = window.state().state();
-    assert_eq!(
-        (state.workspace, state.active),
-        (Workspace::Calibrate, Pane::Probe)
-    );
+    assert_eq!((state.workspace, state.active), (Workspace::Calibrate, Pane::Probe));
 
     // A calibration that sees the lamp is judged again.
     found.rig.lamps[3].confidence = 0.9;
@@ -91,7 +84,5 @@ fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
         let mut of_lamps = checks.filter(|check| check.subject == Subject::LampsSeen);
         of_lamps.next().map(|check| check.level)
     };
-    until(&mut window, "new report", |app| {
-        seen(app) == Some(Level::Good)
-    });
+    until(&mut window, "new report", |app| seen(app) == Some(Level::Good));
 }

@@ -19,11 +19,7 @@ fn rig() -> Rig {
     let direction = |i: usize| {
         let y = 1.0 - (2.0 * i as f32 + 1.0) / lamps as f32;
         let turn = i as f32 * 2.399_963;
-        Vec3::new(
-            (1.0 - y * y).sqrt() * turn.cos(),
-            y,
-            (1.0 - y * y).sqrt() * turn.sin(),
-        )
+        Vec3::new((1.0 - y * y).sqrt() * turn.cos(), y, (1.0 - y * y).sqrt() * turn.sin())
     };
     Rig {
         lamps: (0..lamps)
@@ -44,10 +40,7 @@ fn rig() -> Rig {
 fn predicted(rig: &Rig, index: usize) -> (Frame, Field) {
     let middle = 26.0 + 1.5 * index as f32;
     let normal = |x: usize, y: usize| {
-        let (nx, ny) = (
-            (x as f32 + 0.5 - middle) / 22.0,
-            (32.0 - y as f32 - 0.5) / 22.0,
-        );
+        let (nx, ny) = ((x as f32 + 0.5 - middle) / 22.0, (32.0 - y as f32 - 0.5) / 22.0);
         Vec3::new(nx, ny, (1.0 - nx * nx - ny * ny).max(0.0).sqrt())
     };
     let mask: Mask = Raster::from_fn(SIZE, SIZE, |x, y| {
@@ -65,10 +58,7 @@ fn predicted(rig: &Rig, index: usize) -> (Frame, Field) {
         })
         .collect();
     let plate = Image::filled(SIZE, SIZE, [0.2; 3]);
-    (
-        Frame { index, plate, mask },
-        ReflectanceField::from_olats(&olats).into(),
-    )
+    (Frame { index, plate, mask }, ReflectanceField::from_olats(&olats).into())
 }
 
 pub fn environments(folder: &Path) -> Vec<NamedEnvironment> {
@@ -77,22 +67,13 @@ pub fn environments(folder: &Path) -> Vec<NamedEnvironment> {
         let light = half(x as f32 / 64.0, 0.25);
         [light, 0.9 * light, 0.7 * light]
     });
-    let sky: Image = Raster::from_fn(64, 32, |_, y| {
-        if y < 16 {
-            [0.5, 0.8, 1.6]
-        } else {
-            [0.25, 0.2, 0.15]
-        }
-    });
+    let sky: Image =
+        Raster::from_fn(64, 32, |_, y| if y < 16 { [0.5, 0.8, 1.6] } else { [0.25, 0.2, 0.15] });
     [("window", window), ("sky", sky)]
         .map(|(name, picture)| {
             let file = PathBuf::from(format!("{name}.exr"));
             write_exr(&folder.join(&file), &picture).unwrap();
-            NamedEnvironment {
-                name: name.to_owned(),
-                file,
-                front: None,
-            }
+            NamedEnvironment { name: name.to_owned(), file, front: None }
         })
         .into()
 }
@@ -105,17 +86,9 @@ pub fn project(folder: &Path, environments: Vec<NamedEnvironment>) -> Project {
         frame_rate: 4.0,
         poses: vec!["pose00".to_owned()],
         lamps: rig().lamps.iter().map(|l| l.name.clone()).collect(),
-        frames: (0..FRAMES)
-            .map(|i| format!("frame_{i:03}"))
-            .collect::<Vec<_>>()
-            .into(),
+        frames: (0..FRAMES).map(|i| format!("frame_{i:03}")).collect::<Vec<_>>().into(),
         takes: Default::default(),
-        ball: Ball {
-            center_px: [32.0; 2],
-            radius_px: 20.0,
-            radius_m: 0.1,
-            camera_distance_m: 4.0,
-        },
+        ball: Ball { center_px: [32.0; 2], radius_px: 20.0, radius_m: 0.1, camera_distance_m: 4.0 },
         environments,
         ..project.settings.shoot
     };

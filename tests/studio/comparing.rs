@@ -9,17 +9,14 @@ use egui_kittest::kittest::Queryable;
 
 pub fn until_compared(window: &mut super::Window) {
     until_shown(window);
-    until(window, "second picture", |app| {
-        app.relit().is_some_and(|relit| relit.second.is_some())
-    });
+    until(window, "second picture", |app| app.relit().is_some_and(|relit| relit.second.is_some()));
 }
 
 /// Clicks what is called so to the right of `x`.
 pub fn click(window: &super::Window, name: &str, x: f32) {
     let mut found = window.query_all_by_label(name);
     let one = found.find(|one| one.rect().left() > x);
-    one.unwrap_or_else(|| panic!("nothing is called {name}"))
-        .click();
+    one.unwrap_or_else(|| panic!("nothing is called {name}")).click();
 }
 
 #[test]
@@ -61,18 +58,12 @@ fn another_environment_and_a_photographed_pose_stand_beside_the_picture() {
     };
     open(&mut window, &["Compare", "Photographed pose", "pose00"]);
     until_compared(&mut window);
-    assert_eq!(
-        window.state().state().compare.reference,
-        Reference::Exemplar(0)
-    );
+    assert_eq!(window.state().state().compare.reference, Reference::Exemplar(0));
     let shown = window.state().relit().unwrap().clone();
     let (_, rival) = shown.second.as_ref().unwrap();
     assert!(rival.rgb != shown.rgb);
     let rival = rival.clone();
-    open(
-        &mut window,
-        &["Against pose00, photographed", "Environment", "sky"],
-    );
+    open(&mut window, &["Against pose00, photographed", "Environment", "sky"]);
     let with = window.state().state().compare.reference.clone();
     assert!(matches!(with, Reference::Environment(_)));
     until(&mut window, "other light", |app| {
@@ -100,21 +91,15 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
     // Nothing is read before it is asked for.
     assert!(window.state().training().records.is_none());
     click(&window, "Checkpoint", 208.0);
-    until(&mut window, "list of checkpoints", |app| {
-        app.training().records.is_some()
-    });
+    until(&mut window, "list of checkpoints", |app| app.training().records.is_some());
     window.get_by_label("step 400, 0:40, 28.86 dB, current");
     choose(&mut window, &["step 100, 0:10, 25.00 dB"]);
     until_compared(&mut window);
     let shown = window.state().relit().unwrap().clone();
     assert!(shown.first.is_none());
-    choose(
-        &mut window,
-        &["First: relit", "Checkpoint", "step 200, 0:20, 26.80 dB"],
-    );
+    choose(&mut window, &["First: relit", "Checkpoint", "step 200, 0:20, 26.80 dB"]);
     until(&mut window, "both networks", |app| {
-        app.relit()
-            .is_some_and(|relit| relit.first.is_some() && relit.second.is_some())
+        app.relit().is_some_and(|relit| relit.first.is_some() && relit.second.is_some())
     });
     let compare = window.state().state().compare.clone();
     for (with, name) in [
@@ -136,10 +121,7 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
     window.get_by_label("Against step 100");
     snapshot(&mut window, "studio_checkpoints");
 
-    choose(
-        &mut window,
-        &["Against step 100", "Checkpoint", "No network"],
-    );
+    choose(&mut window, &["Against step 100", "Checkpoint", "No network"]);
     until(&mut window, "the exemplars alone", |app| {
         let of = app.relit().unwrap().second.as_ref().map(|(of, _)| of);
         of == Some(&Comparison::Olats(ComparisonSource::Transfer))
@@ -205,15 +187,11 @@ fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
     let before = picture(&window);
     window.key_press(Key::PageDown);
     window.run_steps(2);
-    until(&mut window, "lamp alone", |app| {
-        app.relit().is_some_and(|relit| relit.solo == [0])
-    });
+    until(&mut window, "lamp alone", |app| app.relit().is_some_and(|relit| relit.solo == [0]));
     assert!(picture(&window) != before);
     window.get_by_label("Solo: olat_00 ×").click();
     window.run_steps(2);
-    until(&mut window, "environment", |app| {
-        app.relit().is_some_and(|relit| relit.solo.is_empty())
-    });
+    until(&mut window, "environment", |app| app.relit().is_some_and(|relit| relit.solo.is_empty()));
     assert!(picture(&window) == before);
 
     window.get_by_label("Scopes").click();
@@ -221,9 +199,7 @@ fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
     window.run_steps(3);
     let [x, y] = window.state().state().probed.unwrap();
     assert!((8..56).contains(&x) && (8..56).contains(&y), "{x}, {y}");
-    until(&mut window, "the lamps of the pixel", |app| {
-        app.texel().is_some()
-    });
+    until(&mut window, "the lamps of the pixel", |app| app.texel().is_some());
     snapshot(&mut window, "studio_scopes");
     // The lamp under a click is shown alone: one of the two in the middle of 24.
     window.get_by_label("Light by lamp").click();
@@ -245,10 +221,7 @@ fn a_command_is_found_by_its_words() {
     window.key_press(Key::Enter);
     window.run_steps(3);
     let state = window.state().state();
-    assert_eq!(
-        (state.workspace, state.palette),
-        (Workspace::Calibrate, false)
-    );
+    assert_eq!((state.workspace, state.palette), (Workspace::Calibrate, false));
 
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
     window.run_steps(2);
@@ -257,10 +230,7 @@ fn a_command_is_found_by_its_words() {
     // Its tab has the same name; the menu is on the right.
     click(&window, "Environments", 640.0);
     window.run_steps(3);
-    assert!(
-        window.query_by_label("Add…").is_none(),
-        "the pane was closed"
-    );
+    assert!(window.query_by_label("Add…").is_none(), "the pane was closed");
 }
 
 #[test]
@@ -290,11 +260,7 @@ fn keys_show_channels_and_the_compass_turns_the_light() {
     until_shown(&mut window);
     assert!(picture(&window) != red);
     let compass = window.get_by_label("Compass").rect().center();
-    plain_drag(
-        &mut window,
-        compass - vec2(0.0, 25.0),
-        compass + vec2(25.0, 0.0),
-    );
+    plain_drag(&mut window, compass - vec2(0.0, 25.0), compass + vec2(25.0, 0.0));
     let yaw = window.state().state().look.yaw_deg;
     assert!((yaw - 90.0).abs() < 1.0, "{yaw}");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
@@ -321,13 +287,7 @@ fn a_drag_across_a_wipe_moves_the_line_and_never_the_light() {
     assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
     let line = window.get_by_label("Wipe").rect();
     assert!((line.center().x - to.x).abs() < 1.0, "{line:?} {picture:?}");
-    drag(
-        &mut window,
-        super::MIDDLE,
-        to,
-        PointerButton::Secondary,
-        Modifiers::SHIFT,
-    );
+    drag(&mut window, super::MIDDLE, to, PointerButton::Secondary, Modifiers::SHIFT);
     assert!(window.state().state().look.yaw_deg > 20.0, "as it is asked");
 }
 
@@ -372,17 +332,14 @@ fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it()
     let (_, plate) = shown.second.as_ref().unwrap();
     let at = 3 * (y * plate.width + x);
     let [r2, g2, b2] = [plate.rgb[at], plate.rgb[at + 1], plate.rgb[at + 2]];
-    for text in [
-        format!("A relit  {r:3} {g:3} {b:3}"),
-        format!("B interview frame  {r2:3} {g2:3} {b2:3}"),
-    ] {
+    for text in
+        [format!("A relit  {r:3} {g:3} {b:3}"), format!("B interview frame  {r2:3} {g2:3} {b2:3}")]
+    {
         assert!(both.contains(&text), "{both} lacks {text}");
     }
 
     // Side by side, the same point of either picture is the same pixel.
-    window
-        .get_by_role_and_label(egui::accesskit::Role::ComboBox, "How to compare")
-        .click();
+    window.get_by_role_and_label(egui::accesskit::Role::ComboBox, "How to compare").click();
     window.run_steps(3);
     window.get_by_label("Side by side").click();
     until_compared(&mut window);
@@ -397,9 +354,7 @@ fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it()
 
 /// Chooses how two pictures are compared.
 pub fn compare_by(window: &mut super::Window, how: &str) {
-    window
-        .get_by_role_and_label(egui::accesskit::Role::ComboBox, "How to compare")
-        .click();
+    window.get_by_role_and_label(egui::accesskit::Role::ComboBox, "How to compare").click();
     window.run_steps(3);
     window.get_by_label(how).click();
     until_compared(window);
@@ -412,20 +367,15 @@ fn a_difference_is_drawn_by_the_chosen_gain() {
     window.key_press(Key::W);
     until_compared(&mut window);
     let role = egui::accesskit::Role::ComboBox;
-    let has_gain = |window: &super::Window| {
-        window
-            .query_by_role_and_label(role, "Difference gain")
-            .is_some()
-    };
+    let has_gain =
+        |window: &super::Window| window.query_by_role_and_label(role, "Difference gain").is_some();
     assert!(!has_gain(&window), "no difference is shown");
     compare_by(&mut window, "Difference");
     assert!(has_gain(&window));
     let before = picture(&window);
     let mut last = 0;
     for gain in [1, 2, 4, 8, 16] {
-        window
-            .get_by_role_and_label(role, "Difference gain")
-            .click();
+        window.get_by_role_and_label(role, "Difference gain").click();
         window.run_steps(3);
         window.get_by_label(&format!("× {gain}")).click();
         until_compared(&mut window);
@@ -436,10 +386,7 @@ fn a_difference_is_drawn_by_the_chosen_gain() {
         assert_eq!(drawn == before, gain == 4, "it begins with × 4");
         last = brightness;
     }
-    assert!(
-        !window.state().state().can_undo(),
-        "it is no setting of the look"
-    );
+    assert!(!window.state().state().can_undo(), "it is no setting of the look");
 }
 
 #[test]
@@ -501,13 +448,9 @@ fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
     let codes = [0, 1, 2].map(|c| format!("{:5.1}", mean(&|(codes, _)| f64::from(codes[c]))));
     let light = [0, 1, 2].map(|c| format!("{:.4}", mean(&|(_, light)| f64::from(light[c]))));
     let (codes, light) = (codes.join(" "), light.join(" "));
-    window.get_by_label_contains(&format!(
-        "mean of {columns} × {rows}   {codes}   linear {light}"
-    ));
+    window.get_by_label_contains(&format!("mean of {columns} × {rows}   {codes}   linear {light}"));
     let (left, top) = (region.left, region.top);
-    window.get_by_label(&format!(
-        "Mean of {columns} × {rows} pixels at {left}, {top}"
-    ));
+    window.get_by_label(&format!("Mean of {columns} × {rows} pixels at {left}, {top}"));
     window.get_by_label(&codes);
     window.get_by_label(&light);
     // The scopes count its pixels alone.
@@ -533,14 +476,10 @@ fn a_lamp_alone_ends_by_escape_and_by_another_environment() {
     until_shown(&mut window);
     let solo = |window: &mut super::Window| {
         window.key_press(Key::PageDown);
-        until(window, "lamp alone", |app| {
-            app.relit().is_some_and(|relit| relit.solo == [0])
-        });
+        until(window, "lamp alone", |app| app.relit().is_some_and(|relit| relit.solo == [0]));
     };
     let ended = |window: &mut super::Window| {
-        until(window, "all lamps", |app| {
-            app.relit().is_some_and(|relit| relit.solo.is_empty())
-        });
+        until(window, "all lamps", |app| app.relit().is_some_and(|relit| relit.solo.is_empty()));
     };
     solo(&mut window);
     window.get_by_label_contains("Solo: olat_00 ×");

@@ -29,9 +29,7 @@ fn typed(window: &Window) -> String {
 }
 
 fn type_path(window: &mut Window, path: &Path) {
-    window
-        .get_by_role_and_label(Role::TextInput, "Path")
-        .click();
+    window.get_by_role_and_label(Role::TextInput, "Path").click();
     window.run_steps(2);
     retype(window, &path.display().to_string());
 }
@@ -165,9 +163,7 @@ fn a_typed_path_stays_when_the_system_closes_its_dialog() {
     assert!(window.state().state().path.is_some());
     std::thread::sleep(std::time::Duration::from_millis(600));
     std::fs::write(&close, "").unwrap();
-    until(&mut window, "closed field", |app| {
-        app.state().path.is_none()
-    });
+    until(&mut window, "closed field", |app| app.state().path.is_none());
 }
 
 #[test]
@@ -229,10 +225,7 @@ fn the_first_hit_of_the_palette_is_marked_and_enter_runs_it() {
     let mut window = clay_window(folder.path());
     window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
     window.run_steps(3);
-    for (typed, first) in [
-        ("panel", "Show or hide the panels"),
-        (" probe", "Panel: Probe"),
-    ] {
+    for (typed, first) in [("panel", "Show or hide the panels"), (" probe", "Panel: Probe")] {
         window.event(Event::Text(typed.to_owned()));
         window.run_steps(2);
         let marked = window.get_by_label(first).accesskit_node().toggled();
@@ -240,10 +233,7 @@ fn the_first_hit_of_the_palette_is_marked_and_enter_runs_it() {
     }
     window.key_press(Key::Enter);
     window.run_steps(3);
-    assert_eq!(
-        window.state().state().active,
-        afterlight::studio::Pane::Probe
-    );
+    assert_eq!(window.state().state().active, afterlight::studio::Pane::Probe);
 }
 
 /// All that can be read in a window.

@@ -47,23 +47,12 @@ fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
     force(&mut window, "Glare", RUN);
     let (ran, reason) = report(&window, Pass::Glare);
     assert!(ran && reason == "on by hand; not needed here", "{reason}");
-    assert_eq!(
-        picture(&window),
-        before,
-        "without a strength it changes nothing"
-    );
+    assert_eq!(picture(&window), before, "without a strength it changes nothing");
     window.get_by_label("1 effect set by hand");
     force(&mut window, "Background", LEAVE_OUT);
-    assert_eq!(
-        report(&window, Pass::Background),
-        (false, "off by hand".to_owned())
-    );
+    assert_eq!(report(&window, Pass::Background), (false, "off by hand".to_owned()));
     assert_ne!(picture(&window), before);
-    assert_eq!(
-        picture(&window)[..3],
-        [0; 3],
-        "nothing is behind the subject"
-    );
+    assert_eq!(picture(&window)[..3], [0; 3], "nothing is behind the subject");
 
     for _ in 0..2 {
         window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
@@ -103,21 +92,13 @@ fn groups_fold_say_what_was_changed_and_are_reset_in_one_step() {
     window.get_by_role_and_label(Role::SpinButton, "Temperature");
     window.get_by_label("Grade group").click();
     window.run_steps(2);
-    assert!(
-        window
-            .query_by_role_and_label(Role::SpinButton, "Temperature")
-            .is_none()
-    );
+    assert!(window.query_by_role_and_label(Role::SpinButton, "Temperature").is_none());
     // It stays folded while other panes are shown.
     window.get_by_label("Scopes").click();
     window.run_steps(2);
     window.get_by_label("Light").click();
     window.run_steps(2);
-    assert!(
-        window
-            .query_by_role_and_label(Role::SpinButton, "Temperature")
-            .is_none()
-    );
+    assert!(window.query_by_role_and_label(Role::SpinButton, "Temperature").is_none());
     // The keyboard unfolds it.
     window.get_by_label("Grade group").focus();
     window.run_steps(2);
@@ -126,10 +107,7 @@ fn groups_fold_say_what_was_changed_and_are_reset_in_one_step() {
     window.get_by_role_and_label(Role::SpinButton, "Temperature");
 
     let before = window.state().state().look.clone();
-    let roll = window
-        .get_by_role_and_label(Role::SpinButton, "Roll")
-        .rect()
-        .center();
+    let roll = window.get_by_role_and_label(Role::SpinButton, "Roll").rect().center();
     let right = roll + vec2(60.0, 0.0);
     plain_drag(&mut window, MIDDLE, MIDDLE + vec2(80.0, 0.0));
     plain_drag(&mut window, roll, right);
@@ -188,8 +166,7 @@ fn effects_and_log_look_as_they_did() {
     force(&mut window, "Glare", RUN);
     assert!(!report(&window, Pass::Predict).0);
     let job = told_job(&mut window);
-    job.send(|progress| progress.say("Paused after step 1204: its checkpoint is saved"))
-        .unwrap();
+    job.send(|progress| progress.say("Paused after step 1204: its checkpoint is saved")).unwrap();
     drop(job);
     // After a job there may be another network.
     until(&mut window, "new prediction", |app| {
@@ -208,11 +185,7 @@ fn effects_and_log_look_as_they_did() {
     let times: Vec<egui::Rect> = (window.query_all_by_label_contains(" ms"))
         .filter(|time| time.rect().left() > 1000.0)
         .map(|time| egui::Rect::from_x_y_ranges(1110.0..=1190.0, time.rect().y_range()))
-        .chain(
-            window
-                .query_all_by_label_contains("0:")
-                .map(|time| time.rect()),
-        )
+        .chain(window.query_all_by_label_contains("0:").map(|time| time.rect()))
         .collect();
     snapshot_without(&mut window, "studio_effects", &times);
 }

@@ -19,9 +19,7 @@ fn open(folder: &Path) -> Window {
     until(&mut window, "panoramas", |app| {
         app.environments().iter().all(|e| !e.panorama.is_waiting())
     });
-    until(&mut window, "the first picture", |app| {
-        app.relit().is_some()
-    });
+    until(&mut window, "the first picture", |app| app.relit().is_some());
     window
 }
 
@@ -45,11 +43,7 @@ fn two_of_one_name_are_told_apart() {
     let folder = crate::temporary();
     let mut environments = clay::environments(folder.path());
     let sky = &mut environments[1];
-    std::fs::rename(
-        folder.path().join(&sky.file),
-        folder.path().join("nave.exr"),
-    )
-    .unwrap();
+    std::fs::rename(folder.path().join(&sky.file), folder.path().join("nave.exr")).unwrap();
     (sky.name, sky.file) = ("nave".to_owned(), PathBuf::from("nave.exr"));
     let project = clay::project(folder.path(), environments);
     project.save().unwrap();
@@ -80,10 +74,7 @@ fn a_panorama_that_is_dropped_asks_which_way_is_front_and_the_answer_is_remember
     let folder = crate::temporary();
     let (home, yard) = project_and_yard(folder.path());
     let mut window = open(&home);
-    assert!(
-        window.query_by_label(QUESTION).is_none(),
-        "the shoot's need no answer"
-    );
+    assert!(window.query_by_label(QUESTION).is_none(), "the shoot's need no answer");
     drop_file(&mut window, yard.clone());
     assert_eq!(window.state().relit().unwrap().environment, "yard");
     window.get_by_label(QUESTION);
@@ -94,10 +85,7 @@ fn a_panorama_that_is_dropped_asks_which_way_is_front_and_the_answer_is_remember
     until_shown(&mut window);
     assert!(window.query_by_label(QUESTION).is_none());
     let front = Front::of(Tool::Blender);
-    assert_eq!(
-        window.state().relit().unwrap().scene.yaw_deg,
-        front.yaw_deg()
-    );
+    assert_eq!(window.state().relit().unwrap().scene.yaw_deg, front.yaw_deg());
     assert_eq!(window.state().state().look.yaw_deg, 0.0, "it is no turn");
     let answered = super::picture(&window);
     assert_ne!(answered, before);
@@ -110,10 +98,7 @@ fn a_panorama_that_is_dropped_asks_which_way_is_front_and_the_answer_is_remember
     // Closing waits for what has to be written.
     drop(window);
     let kept = Project::open(&home).unwrap().environment(&yard).unwrap();
-    assert_eq!(
-        (kept.name.as_str(), kept.front, kept.added),
-        ("yard", Some(front), true)
-    );
+    assert_eq!((kept.name.as_str(), kept.front, kept.added), ("yard", Some(front), true));
     let mut window = open(&home);
     super::scroll_to(&mut window, "yard");
     window.get_by_label("yard").click();
@@ -145,10 +130,7 @@ fn an_added_environment_is_removed_and_brought_back_and_the_project_follows() {
     let folder = crate::temporary();
     let (home, yard) = project_and_yard(folder.path());
     let mut window = open(&home);
-    assert!(
-        window.query_by_label_contains("Remove").is_none(),
-        "the shoot's stay"
-    );
+    assert!(window.query_by_label_contains("Remove").is_none(), "the shoot's stay");
     drop_file(&mut window, yard.clone());
     let listed = window.state().environments().len();
     window.get_by_label("Remove yard").click();
@@ -176,11 +158,7 @@ fn an_added_environment_is_removed_and_brought_back_and_the_project_follows() {
     assert_eq!(window.state().relit().unwrap().environment, "yard");
     drop(window);
     let project = Project::open(&home).unwrap();
-    assert!(
-        [&yard, &other]
-            .iter()
-            .all(|file| project.environment(file).is_some())
-    );
+    assert!([&yard, &other].iter().all(|file| project.environment(file).is_some()));
     assert!(yard.exists());
 }
 
@@ -206,11 +184,7 @@ fn a_file_that_is_gone_is_named_and_stays_in_the_list() {
     });
     window.run_steps(2);
     let named = window.query_all_by_label_contains("yard.exr");
-    assert_eq!(
-        named.count(),
-        2,
-        "in the line at the bottom and over the picture"
-    );
+    assert_eq!(named.count(), 2, "in the line at the bottom and over the picture");
     let mut places = super::lines_with(&window, "yard.exr", 216.0, 900.0);
     places.sort_by_key(|place| place.bottom() as i32);
     // The line at the bottom is as wide as the window.
@@ -296,10 +270,7 @@ fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
 
 /// A window of a person on the project in `folder`.
 fn open_as(settings: &Path, folder: &Path) -> Window {
-    let (preferences, project) = (
-        Preferences::from_file(settings),
-        Project::open(folder).unwrap(),
-    );
+    let (preferences, project) = (Preferences::from_file(settings), Project::open(folder).unwrap());
     let mut window = window(|ctx| StudioApp::over_as(ctx, preferences, project, clay::source));
     until(&mut window, "the first picture", |app| {
         let read = app.environments().iter().all(|e| !e.panorama.is_waiting());
@@ -319,9 +290,7 @@ fn a_favourite_is_first_in_every_project_of_a_person() {
     let (one, _) = project_and_yard(folder.path());
     let other = folder.path().join("other");
     std::fs::create_dir(&other).unwrap();
-    clay::project(&other, clay::environments(&other))
-        .save()
-        .unwrap();
+    clay::project(&other, clay::environments(&other)).save().unwrap();
     let mut window = open_as(&settings, &one);
     assert!(window.query_by_label("Environments: Favourites").is_none());
     assert!(top(&window, "Three-point") > top(&window, "sky"));
@@ -341,10 +310,7 @@ fn a_favourite_is_first_in_every_project_of_a_person() {
 
     let mut window = open_as(&settings, &other);
     assert!(top(&window, "Three-point") < top(&window, "window"));
-    assert!(
-        top(&window, "sky") > top(&window, "window"),
-        "another file of that name is none"
-    );
+    assert!(top(&window, "sky") > top(&window, "window"), "another file of that name is none");
     window.get_by_label("Unstar Three-point").click();
     window.run_steps(3);
     assert!(window.query_by_label("Environments: Favourites").is_none());
@@ -356,9 +322,7 @@ fn two_hundred_panoramas_are_grouped_by_folder_searched_and_gone_through_by_key(
     let (home, yard) = project_and_yard(folder.path());
     let place = |i: usize| {
         let kind = ["day", "dusk", "night", "studio"][i / 50];
-        folder
-            .path()
-            .join(format!("hdri/{kind}/{kind}_{:02}.exr", i % 50))
+        folder.path().join(format!("hdri/{kind}/{kind}_{:02}.exr", i % 50))
     };
     for i in 0..200 {
         std::fs::create_dir_all(place(i).parent().unwrap()).unwrap();

@@ -43,10 +43,7 @@ pub fn trained() -> (TempDir, Project) {
     static MADE: OnceLock<(TempDir, Project)> = OnceLock::new();
     let (made, _) = MADE.get_or_init(|| {
         let (folder, silent) = (crate::temporary(), Progress::silent());
-        let shoot = TestShoot {
-            frames: 4,
-            ..TestShoot::default()
-        };
+        let shoot = TestShoot { frames: 4, ..TestShoot::default() };
         let (project, found) = shoot.calibrate(folder.path(), "film");
         let settings = TrainSettings {
             config: smallest_config(),
@@ -102,10 +99,7 @@ fn open(folder: TempDir, project: Project) -> (Window, PathBuf, TempDir) {
 pub fn until_exported(window: &mut Window, count: usize) {
     window.run_steps(2);
     until(window, "end of the exports", |app| {
-        let over = app
-            .exports()
-            .iter()
-            .filter(|e| e.status.sentence().is_some());
+        let over = app.exports().iter().filter(|e| e.status.sentence().is_some());
         over.count() == count && app.exports().len() == count
     });
 }
@@ -116,17 +110,14 @@ fn files(root: &Path, begin: &str) -> Vec<String> {
         return Vec::new();
     };
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let mut names: Vec<String> = names
-        .filter(|name| name.trim_start_matches('.').starts_with(begin))
-        .collect();
+    let mut names: Vec<String> =
+        names.filter(|name| name.trim_start_matches('.').starts_with(begin)).collect();
     names.sort();
     names
 }
 
 pub fn type_name(window: &mut Window, name: &str) {
-    window
-        .get_by_role_and_label(Role::TextInput, "Name")
-        .click();
+    window.get_by_role_and_label(Role::TextInput, "Name").click();
     window.run_steps(2);
     retype(window, name);
     window.key_press(Key::Enter);
@@ -155,9 +146,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
     type_name(&mut window, "exports/mouse");
-    window
-        .get_by_role_and_label(Role::SpinButton, "Out")
-        .click();
+    window.get_by_role_and_label(Role::SpinButton, "Out").click();
     window.run_steps(2);
     retype(&mut window, "1");
     window.key_press(Key::Enter);
@@ -206,10 +195,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
 pub fn until_said(window: &mut Window, text: &str) {
     let started = std::time::Instant::now();
     while window.query_by_label_contains(text).is_none() {
-        assert!(
-            started.elapsed() < test_support::PATIENCE,
-            "nobody says {text}"
-        );
+        assert!(started.elapsed() < test_support::PATIENCE, "nobody says {text}");
         std::thread::sleep(std::time::Duration::from_millis(5));
         window.step();
     }
@@ -269,14 +255,8 @@ fn keys_alone_lead_through_an_export() {
     let written = ["keys.0001.exr", "keys.0002.exr", "keys.nk"];
     assert_eq!(files(&root, "keys"), written);
     let said = sentence(&window, 0);
-    assert!(
-        said.contains("2 frames") && said.contains("6 light layers"),
-        "{said}"
-    );
-    assert_eq!(
-        rebuilt(&root.join("exports/keys.0001.exr")).unwrap().size(),
-        (24, 24)
-    );
+    assert!(said.contains("2 frames") && said.contains("6 light layers"), "{said}");
+    assert_eq!(rebuilt(&root.join("exports/keys.0001.exr")).unwrap().size(), (24, 24));
 
     // From a text as from a button, Ctrl+Enter adds another; Esc leaves the controls.
     tab_to(&mut window, Role::TextInput, "Name");
@@ -322,9 +302,7 @@ fn an_export_is_what_was_shown_when_it_was_added() {
     until_exported(&mut window, 3);
     let bytes = |name: &str| std::fs::read(root.join("exports").join(name)).unwrap();
     assert_eq!(bytes("plain.0003.png"), bytes("then.0003.png"));
-    let now = image::open(root.join("exports/now.0003.png"))
-        .unwrap()
-        .into_rgb8();
+    let now = image::open(root.join("exports/now.0003.png")).unwrap().into_rgb8();
     assert_ne!(bytes("now.0003.png"), bytes("then.0003.png"));
     let grey = now.pixels().all(|p| p.0[0] == p.0[1] && p.0[1] == p.0[2]);
     assert!(!grey, "what is only looked at, a channel, is not exported");
@@ -380,18 +358,11 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
     super::viewing::look_through_view(&mut window);
     export(&mut window, "looked", 2);
     let plain = contents(&file("plain.0000.png"));
-    assert!(
-        plain == contents(&file("looked.0000.png")),
-        "a way to look is exported"
-    );
+    assert!(plain == contents(&file("looked.0000.png")), "a way to look is exported");
 
     choose_colors(&mut window, "sRGB", VIEW);
     window.get_by_label_contains(&format!("Writes the view {VIEW} for sRGB - Display"));
-    assert!(
-        window
-            .query_by_role_and_label(Role::TextInput, "LUT")
-            .is_none()
-    );
+    assert!(window.query_by_role_and_label(Role::TextInput, "LUT").is_none());
     // The other way round: what is exported is not looked through.
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     window.run_steps(4);
@@ -401,9 +372,7 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
     assert!(plain.0 != contents(&file("view.0000.png")).0);
 
     // An EXR holds no view, and says so by its colours.
-    window
-        .get_by_role_and_label(Role::RadioButton, "Format EXR")
-        .click();
+    window.get_by_role_and_label(Role::RadioButton, "Format EXR").click();
     window.run_steps(4);
     choose_colors(&mut window, "Linear Rec. 709", "ACEScg (scene_linear)");
     window.get_by_label_contains("Writes linear light in ACEScg");
@@ -415,14 +384,8 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
         Origin::File(file) => file.clone(),
         Origin::BuiltIn(own) => PathBuf::from(own.name),
     };
-    let view = ColorChoice {
-        view: Some(VIEW.to_owned()),
-        ..ColorChoice::default()
-    };
-    let space = ColorChoice {
-        space: Some("scene_linear".to_owned()),
-        ..ColorChoice::default()
-    };
+    let view = ColorChoice { view: Some(VIEW.to_owned()), ..ColorChoice::default() };
+    let space = ColorChoice { space: Some("scene_linear".to_owned()), ..ColorChoice::default() };
     for (name, ending, ocio) in [("view", "png", view), ("space", "exr", space)] {
         let to = file(&format!("command-{name}.%04d.{ending}"));
         let asked = RelightSettings {
@@ -430,10 +393,7 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
             yaw_deg: look.yaw_deg,
             exposure_stops: look.exposure_stops,
             background: look.background,
-            files: Files {
-                ocio,
-                ..Files::to(to.display().to_string())
-            },
+            files: Files { ocio, ..Files::to(to.display().to_string()) },
             ..settings(String::new())
         };
         relight(&project, &asked, &Progress::silent()).unwrap();
@@ -476,13 +436,7 @@ fn a_stop_in_the_middle_keeps_the_stills_that_are_finished_and_no_movie() {
         if kept == 0 && !test_support::ffmpeg() {
             return;
         }
-        let to = project
-            .root
-            .join("exports")
-            .join(name)
-            .display()
-            .to_string()
-            + ending;
+        let to = project.root.join("exports").join(name).display().to_string() + ending;
         let control = Control::default();
         let stop = control.clone();
         let sink = move |report: Report| {
@@ -495,11 +449,7 @@ fn a_stop_in_the_middle_keeps_the_stills_that_are_finished_and_no_movie() {
         let Error::Cancelled { kept: said } = &error else {
             panic!("{error}");
         };
-        let wanted = if kept > 0 {
-            "2 frames are kept"
-        } else {
-            "no movie"
-        };
+        let wanted = if kept > 0 { "2 frames are kept" } else { "no movie" };
         assert!(said.contains(wanted), "{said}");
         assert_eq!(files(&project.root, &format!("{name}.")).len(), kept);
     }
@@ -508,11 +458,7 @@ fn a_stop_in_the_middle_keeps_the_stills_that_are_finished_and_no_movie() {
 #[test]
 fn light_layers_are_exported_behind_effects_and_a_background() {
     let (_folder, project) = trained();
-    let to = project
-        .root
-        .join("exports/lit.%04d.exr")
-        .display()
-        .to_string();
+    let to = project.root.join("exports/lit.%04d.exr").display().to_string();
     let mut settings = settings(to);
     settings.files.layers = true;
     settings.frames = Some((2, 2));
@@ -560,10 +506,7 @@ pub fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
 /// Waits until the running export has written so much.
 pub fn until_share(window: &mut Window, share: f32) {
     until(window, "share of the export", |app| {
-        app.status()
-            .job
-            .as_ref()
-            .is_some_and(|work| work.share == share)
+        app.status().job.as_ref().is_some_and(|work| work.share == share)
     });
 }
 
@@ -578,10 +521,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
         tell.send(()).unwrap();
     }
     until_share(&mut window, 0.25);
-    assert!(
-        window.query_by_label("Stop").is_none(),
-        "the line of the job is not shown twice"
-    );
+    assert!(window.query_by_label("Stop").is_none(), "the line of the job is not shown twice");
     window.get_by_label("Pause clay.0000–0007.png").click();
     window.run_steps(3);
     window.get_by_label("paused");
@@ -596,22 +536,11 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     for frame in 0..2 {
         assert!(folder.path().join(format!("clay.{frame:04}.png")).exists());
     }
-    until(&mut window, "the next export", |app| {
-        app.exports()[1].status == ExportStatus::Running
-    });
+    until(&mut window, "the next export", |app| app.exports()[1].status == ExportStatus::Running);
     drop(next);
     until_exported(&mut window, 2);
-    let log: Vec<_> = window
-        .state()
-        .status()
-        .log
-        .iter()
-        .map(ToString::to_string)
-        .collect();
-    assert!(
-        log.iter().any(|line| line.contains("2 frames are kept")),
-        "{log:?}"
-    );
+    let log: Vec<_> = window.state().status().log.iter().map(ToString::to_string).collect();
+    assert!(log.iter().any(|line| line.contains("2 frames are kept")), "{log:?}");
 }
 
 #[test]
@@ -714,10 +643,7 @@ fn work_that_ends_while_the_window_is_in_the_background_asks_for_a_look() {
         let over = |e: &afterlight::worker::Export| e.status.sentence().is_some();
         let started = std::time::Instant::now();
         while window.state().exports().iter().filter(|e| over(e)).count() < exports {
-            assert!(
-                started.elapsed() < super::PATIENCE,
-                "the export does not end"
-            );
+            assert!(started.elapsed() < super::PATIENCE, "the export does not end");
             std::thread::sleep(std::time::Duration::from_millis(5));
             step(&mut window);
         }
@@ -733,11 +659,7 @@ fn work_that_ends_while_the_window_is_in_the_background_asks_for_a_look() {
 #[test]
 fn the_picture_is_shown_through_a_look_up_table_and_without_it_again() {
     let (mut window, root, _folder) = opened();
-    std::fs::write(
-        root.join("night.cube"),
-        "LUT_1D_SIZE 2\n0 0 0\n0.3 0.4 0.6\n",
-    )
-    .unwrap();
+    std::fs::write(root.join("night.cube"), "LUT_1D_SIZE 2\n0 0 0\n0.3 0.4 0.6\n").unwrap();
     let codes = |window: &Window| window.state().relit().unwrap().rgb.clone();
     let plain = codes(&window);
     window.get_by_label("Workspace Export").click();
@@ -769,8 +691,7 @@ fn a_lamp_alone_is_exported_as_it_is_shown() {
     window.key_press(Key::PageDown);
     window.run_steps(2);
     until(&mut window, "lamp alone", |app| {
-        app.relit()
-            .is_some_and(|relit| relit.solo == [0] && relit.coarse == 1)
+        app.relit().is_some_and(|relit| relit.solo == [0] && relit.coarse == 1)
     });
     let shown = window.state().relit().unwrap().clone();
     window.get_by_label("Workspace Export").click();
@@ -781,10 +702,7 @@ fn a_lamp_alone_is_exported_as_it_is_shown() {
     until_exported(&mut window, 1);
     let file = image::open(root.join("exports/alone.0000.png")).unwrap();
     let file = file.into_rgba8();
-    assert_eq!(
-        (file.width() as usize, file.height() as usize),
-        (shown.width, shown.height)
-    );
+    assert_eq!((file.width() as usize, file.height() as usize), (shown.width, shown.height));
     let mut solid = 0;
     for (x, y, pixel) in file.enumerate_pixels() {
         let [r, g, b, alpha] = pixel.0;
@@ -804,9 +722,7 @@ fn a_lamp_alone_is_exported_as_it_is_shown() {
     };
     let refused = relight(&project, &unknown, &Progress::silent()).unwrap_err();
     assert!(
-        refused
-            .to_string()
-            .contains("there is no lamp \"no such\": the lamps are olat_00"),
+        refused.to_string().contains("there is no lamp \"no such\": the lamps are olat_00"),
         "{refused}"
     );
 }
@@ -833,25 +749,15 @@ fn every_frame_of_an_animation_is_exported_as_it_is_shown() {
         plain_drag(&mut window, from, to);
     }
     let look = &window.state().state().look;
-    let keys: Vec<usize> = (look.animation.lanes())
-        .map(|(_, keys)| keys.keys().len())
-        .collect();
+    let keys: Vec<usize> = (look.animation.lanes()).map(|(_, keys)| keys.keys().len()).collect();
     assert_eq!(keys, [2; 5], "{:?}", look.animation);
     let mut shown = Vec::new();
-    for (key, frame) in [
-        (Key::Home, 0),
-        (Key::ArrowRight, 1),
-        (Key::ArrowRight, 2),
-        (Key::End, 3),
-    ] {
+    for (key, frame) in [(Key::Home, 0), (Key::ArrowRight, 1), (Key::ArrowRight, 2), (Key::End, 3)]
+    {
         go(&mut window, key, frame);
         shown.push(window.state().relit().unwrap().clone());
     }
-    assert!(
-        shown
-            .windows(2)
-            .all(|pair| pair[0].scene.yaw_deg < pair[1].scene.yaw_deg)
-    );
+    assert!(shown.windows(2).all(|pair| pair[0].scene.yaw_deg < pair[1].scene.yaw_deg));
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
     type_name(&mut window, "exports/moving");
@@ -882,18 +788,13 @@ fn a_measured_cell_is_shown_beside_its_truth() {
         app.review().cell.as_ref().is_some_and(Result::is_ok)
     });
     let shown = window.state().review().cell.clone().unwrap().unwrap();
-    assert_eq!(
-        Some(shown.cell.lamp),
-        window.state().state().solo.first().copied()
-    );
+    assert_eq!(Some(shown.cell.lamp), window.state().state().solo.first().copied());
     for name in ["prediction", "photograph", "difference (FLIP × 4)"] {
         window.get_by_role_and_label(Role::Image, name);
     }
     assert_ne!(shown.truth, shown.predicted);
     // One zoom for all three; Esc leads back to the picture.
-    let photograph = window
-        .get_by_role_and_label(Role::Image, "photograph")
-        .rect();
+    let photograph = window.get_by_role_and_label(Role::Image, "photograph").rect();
     window.event(Event::PointerMoved(photograph.center()));
     window.event(Event::Zoom(2.0));
     window.run_steps(3);
@@ -935,10 +836,6 @@ fn an_export_is_sent_to_a_farm_into_a_folder_that_is_typed() {
         let text = std::fs::read_to_string(job.join("job.json")).unwrap();
         assert!(text.contains(&format!("{}/exports/farmed.%04d.png", root.display())));
         assert!(text.contains("Un-tone-mapped") && text.contains("ocio://default"));
-        assert!(
-            std::fs::read_to_string(job.join("chunk.sh"))
-                .unwrap()
-                .contains("farm-chunk")
-        );
+        assert!(std::fs::read_to_string(job.join("chunk.sh")).unwrap().contains("farm-chunk"));
     }
 }

@@ -21,9 +21,7 @@ fn footage(project: &Project) -> Window {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     window.run_steps(2);
     window.get_by_label("Footage").click();
-    until(&mut window, "picture", |app| {
-        app.footage().picture().is_some()
-    });
+    until(&mut window, "picture", |app| app.footage().picture().is_some());
     window
 }
 
@@ -41,11 +39,7 @@ fn corner(window: &mut Window, name: &str, by: egui::Vec2) {
 }
 
 fn framing(project: &Project) -> Framing {
-    Project::open(&project.root)
-        .unwrap()
-        .settings
-        .framing
-        .of((32, 32))
+    Project::open(&project.root).unwrap().settings.framing.of((32, 32))
 }
 
 #[test]
@@ -71,17 +65,9 @@ fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
     };
     until(&mut window, "its picture", file("interview/frame_002.png"));
     window.get_by_label("Matte").click();
-    until(
-        &mut window,
-        "its matte",
-        file("interview_masks/frame_002.png"),
-    );
+    until(&mut window, "its matte", file("interview_masks/frame_002.png"));
     window.get_by_label("Exemplars").click();
-    until(
-        &mut window,
-        "a pose's matte",
-        file("exemplar_masks/pose00.png"),
-    );
+    until(&mut window, "a pose's matte", file("exemplar_masks/pose00.png"));
     window.get_by_label("Matte overlay").click();
     until(&mut window, "a pose", file("exemplars/pose00/olat_00.png"));
 }
@@ -96,44 +82,20 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
     });
     until_drawn(&mut window);
     assert!(window.query_by_label("Use this framing").is_none());
-    corner(
-        &mut window,
-        "Framing, lower right corner",
-        vec2(-90.0, -20.0),
-    );
+    corner(&mut window, "Framing, lower right corner", vec2(-90.0, -20.0));
     corner(&mut window, "Framing square", vec2(40.0, -120.0));
     window.get_by_label("Use this framing").click();
     window.run();
     window.get_by_label_contains("belong to the old framing");
     crate::until_shown(&mut window);
     crate::live::until_idle(&mut window, "a framing that waits");
-    assert_eq!(
-        framing(&project),
-        Framing::largest((32, 32)),
-        "nothing is changed yet"
-    );
+    assert_eq!(framing(&project), Framing::largest((32, 32)), "nothing is changed yet");
     snapshot(&mut window, "studio_footage_filled");
     window.get_by_label("Change framing anyway").click();
-    until(
-        &mut window,
-        "need of a calibration",
-        needs(Some(Need::Calibration)),
-    );
+    until(&mut window, "need of a calibration", needs(Some(Need::Calibration)));
     let chosen = framing(&project);
-    assert!(
-        chosen.side < 32 && chosen.x > 0 && chosen.y < 0,
-        "{chosen:?}"
-    );
-    assert_eq!(
-        window
-            .state()
-            .project()
-            .unwrap()
-            .settings
-            .framing
-            .of((32, 32)),
-        chosen
-    );
+    assert!(chosen.side < 32 && chosen.x > 0 && chosen.y < 0, "{chosen:?}");
+    assert_eq!(window.state().project().unwrap().settings.framing.of((32, 32)), chosen);
     assert!(project.root.join("aside-1/calibration.toml").exists());
     window.get_by_label("Footage");
     window.get_by_label("Whole").click();
@@ -145,9 +107,7 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
     window.run();
     assert_eq!(framing(&project), chosen);
     drop(other);
-    until(&mut window, "whole picture", |_| {
-        framing(&project) == Framing::whole((32, 32))
-    });
+    until(&mut window, "whole picture", |_| framing(&project) == Framing::whole((32, 32)));
     test_support::shown!(
         Accidents,
         "A project is framed or opened while another program writes into it",
@@ -163,22 +123,16 @@ fn a_frame_that_is_gone_is_named_in_place_of_its_picture() {
     std::fs::remove_file(project.frame_picture(1)).unwrap();
     let mut window = footage(&project);
     window.key_press(Key::ArrowRight);
-    until(&mut window, "reason", |app| {
-        app.footage().picture().is_some_and(Result::is_err)
-    });
+    until(&mut window, "reason", |app| app.footage().picture().is_some_and(Result::is_err));
     window.get_by_label("This picture cannot be read");
     window.get_by_label_contains("interview/frame_001.png");
     until(&mut window, "thumbnails", |app| {
-        [0, 2]
-            .iter()
-            .all(|&frame| app.footage().thumbnail(Thumbnail::Frame(frame)).is_some())
+        [0, 2].iter().all(|&frame| app.footage().thumbnail(Thumbnail::Frame(frame)).is_some())
     });
     let places = lines_with(&window, "interview/frame_001.png", 250.0, 790.0);
     snapshot_without(&mut window, "studio_footage_error", &places);
     window.key_press(Key::ArrowRight);
-    until(&mut window, "next picture", |app| {
-        app.footage().picture().is_some_and(Result::is_ok)
-    });
+    until(&mut window, "next picture", |app| app.footage().picture().is_some_and(Result::is_ok));
 }
 
 #[test]
@@ -187,9 +141,7 @@ fn without_footage_the_pane_says_so() {
     let mut project = clay::project(folder.path(), clay::environments(folder.path()));
     project.settings.shoot.poses.clear();
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
-    until(&mut window, "panoramas", |app| {
-        app.environments().iter().all(|e| e.panorama.is_done())
-    });
+    until(&mut window, "panoramas", |app| app.environments().iter().all(|e| e.panorama.is_done()));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     window.run_steps(2);
     window.get_by_label("Footage").click();
@@ -202,10 +154,7 @@ fn without_footage_the_pane_says_so() {
 
 /// A project of a shoot that brings no mattes of its interview, with the brush taken.
 fn painting(folder: &std::path::Path) -> (Project, Window) {
-    let shoot = TestShoot {
-        size: 64,
-        ..TestShoot::default()
-    };
+    let shoot = TestShoot { size: 64, ..TestShoot::default() };
     let project = shoot.import(folder, "film");
     std::fs::remove_dir_all(folder.join("shoot/interview_masks")).unwrap();
     let mut window = footage(&project);
@@ -255,17 +204,11 @@ fn strokes_change_the_shown_matte_are_kept_undone_and_used_for_all_mattes() {
     window.run_steps(2);
     assert!(radius(&window) > before);
     assert_eq!(window.state().matte().side, BrushSide::Remove);
-    until(&mut window, "matte of the first stroke", |app| {
-        !app.matte().is_seeking()
-    });
+    until(&mut window, "matte of the first stroke", |app| !app.matte().is_seeking());
     snapshot(&mut window, "studio_footage_matte");
     window.get_by_label("Make all mattes").click();
-    until(&mut window, "mattes", |_| {
-        (0..3).all(|frame| project.frame_matte_path(frame).is_file())
-    });
-    until(&mut window, "end of the job", |app| {
-        app.status().job.is_none()
-    });
+    until(&mut window, "mattes", |_| (0..3).all(|frame| project.frame_matte_path(frame).is_file()));
+    until(&mut window, "end of the job", |app| app.status().job.is_none());
     window.get_by_label("Clear this frame").click();
     window.run_steps(2);
     until(&mut window, "no strokes", |app| app.matte().is_saved());
@@ -304,9 +247,7 @@ fn a_matte_that_cannot_be_painted_says_why() {
     grey.save(project.frame_picture(0).file()).unwrap();
     let mut window = footage(&project);
     window.key_press(Key::M);
-    until(&mut window, "reason", |app| {
-        matches!(app.matte().live(0), Some(Err(_)))
-    });
+    until(&mut window, "reason", |app| matches!(app.matte().live(0), Some(Err(_))));
     window.get_by_label_contains("paint what to keep");
     window.get_by_label("Matte brush");
 }

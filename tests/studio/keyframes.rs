@@ -29,9 +29,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     let right = MIDDLE + vec2(200.0, 0.0);
     plain_drag(&mut window, MIDDLE, right);
     assert_eq!(frames(window.state(), Setting::Yaw), [0.0, last as f64]);
-    window.get_by_label_contains(&format!(
-        "Yaw is animated: changes set a key at frame {last}."
-    ));
+    window.get_by_label_contains(&format!("Yaw is animated: changes set a key at frame {last}."));
     let yaw = window.state().state().look.yaw_deg;
     assert!(yaw > 60.0, "{yaw}");
     for frame in (3..last).rev() {
@@ -39,17 +37,11 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     }
     until_shown(&mut window);
     let between = window.state().state().look.yaw_deg;
-    assert!(
-        (0.2 * yaw..0.7 * yaw).contains(&between),
-        "{between} of {yaw}"
-    );
+    assert!((0.2 * yaw..0.7 * yaw).contains(&between), "{between} of {yaw}");
     assert_eq!(window.state().relit().unwrap().scene.yaw_deg, between);
 
     // The last key is dragged to the frame that is shown: all of the turn is over there.
-    let key = window
-        .get_by_label(&format!("Yaw key at frame {last}"))
-        .rect()
-        .center();
+    let key = window.get_by_label(&format!("Yaw key at frame {last}")).rect().center();
     let first = window.get_by_label("Yaw key at frame 0").rect().center();
     let to = first + (key - first) * (3.0 / last as f32);
     plain_drag(&mut window, key, to);
@@ -66,11 +58,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     window.key_press(Key::Delete);
     until_shown(&mut window);
     assert_eq!(frames(window.state(), Setting::Yaw), [3.0]);
-    assert_eq!(
-        window.state().state().look.yaw_deg,
-        yaw,
-        "one key holds everywhere"
-    );
+    assert_eq!(window.state().state().look.yaw_deg, yaw, "one key holds everywhere");
     for expected in [vec![0.0, 3.0], vec![0.0, last as f64], vec![0.0], vec![]] {
         window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
         window.run_steps(2);
@@ -151,9 +139,7 @@ fn going_to_another_frame_writes_no_file() {
     assert!(before.iter().all(|(text, _)| text.contains("\"yaw\"")));
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     window = super::window(|ctx| StudioApp::over(ctx, project, clay::source));
-    until(&mut window, "the first picture", |app| {
-        app.relit().is_some()
-    });
+    until(&mut window, "the first picture", |app| app.relit().is_some());
     assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0, 7.0]);
     for frame in 1..4 {
         go(&mut window, Key::ArrowRight, frame);
@@ -226,11 +212,7 @@ fn keys_are_selected_moved_copied_and_removed_together() {
     let mut window = animated(folder.path());
     // A box around the keys at frame 7 selects both lanes' keys.
     let (yaw, exposure) = (key(&window, "Yaw", 7), key(&window, "Exposure", 7));
-    plain_drag(
-        &mut window,
-        yaw - vec2(20.0, 9.0),
-        exposure + vec2(10.0, 9.0),
-    );
+    plain_drag(&mut window, yaw - vec2(20.0, 9.0), exposure + vec2(10.0, 9.0));
     let by = key(&window, "Yaw", 0) - key(&window, "Yaw", 3);
     plain_drag(&mut window, exposure, exposure + by / 3.0);
     assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0, 6.0]);
@@ -242,19 +224,14 @@ fn keys_are_selected_moved_copied_and_removed_together() {
     // Shift+click adds to the selection; both are pasted two frames on.
     window.get_by_label("Yaw key at frame 0").click();
     window.run_steps(2);
-    window
-        .get_by_label("Yaw key at frame 3")
-        .click_modifiers(Modifiers::SHIFT);
+    window.get_by_label("Yaw key at frame 3").click_modifiers(Modifiers::SHIFT);
     window.run_steps(2);
     let text = copied(&mut window);
     go(&mut window, Key::ArrowRight, 1);
     go(&mut window, Key::ArrowRight, 2);
     window.event(Event::Paste(text.clone()));
     window.run_steps(3);
-    assert_eq!(
-        frames(window.state(), Setting::Yaw),
-        [0.0, 2.0, 3.0, 5.0, 7.0]
-    );
+    assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 2.0, 3.0, 5.0, 7.0]);
     window.key_press(Key::Delete);
     window.run_steps(3);
     assert_eq!(
@@ -265,18 +242,13 @@ fn keys_are_selected_moved_copied_and_removed_together() {
 
     // Degrees can be pasted into another lane of degrees.
     toggle(&mut window, "Pitch");
-    window
-        .get_by_role_and_label(Role::Button, "Pitch lane")
-        .click();
+    window.get_by_role_and_label(Role::Button, "Pitch lane").click();
     window.run_steps(2);
     window.event(Event::Paste(text));
     window.run_steps(3);
     assert_eq!(frames(window.state(), Setting::Pitch), [2.0, 5.0]);
     let look = &window.state().state().look;
-    assert_eq!(
-        look.keys(Setting::Pitch).at(5.0),
-        look.keys(Setting::Yaw).at(3.0)
-    );
+    assert_eq!(look.keys(Setting::Pitch).at(5.0), look.keys(Setting::Yaw).at(3.0));
     window.event(Event::Paste("no keys".to_owned()));
     window.run_steps(3);
     window.get_by_label_contains("The clipboard holds no keys");
@@ -287,9 +259,7 @@ fn keys_are_selected_moved_copied_and_removed_together() {
 fn keys_are_shaped_by_their_menu() {
     let folder = crate::temporary();
     let mut window = animated(folder.path());
-    window
-        .get_by_label("Exposure key at frame 0")
-        .click_secondary();
+    window.get_by_label("Exposure key at frame 0").click_secondary();
     window.run_steps(3);
     window.get_by_label("Hold").click();
     window.run_steps(3);
@@ -299,9 +269,7 @@ fn keys_are_shaped_by_their_menu() {
     assert_eq!(window.state().state().look.exposure_stops, 0.0);
     go(&mut window, Key::ArrowRight, 7);
     assert_eq!(window.state().state().look.exposure_stops, 1.0);
-    window
-        .get_by_label("Exposure key at frame 0")
-        .click_secondary();
+    window.get_by_label("Exposure key at frame 0").click_secondary();
     window.run_steps(3);
     window.get_by_label_contains("Remove key").click();
     window.run_steps(3);
@@ -324,11 +292,7 @@ fn a_curve_s_keys_and_tangents_are_dragged_and_the_picture_follows() {
     let lower = exposure(&window);
     assert!((0.0..0.9).contains(&lower), "{lower}");
     assert_ne!(picture(&window), before);
-    assert_eq!(
-        frames(window.state(), Setting::Exposure),
-        [0.0, 7.0],
-        "straight down"
-    );
+    assert_eq!(frames(window.state(), Setting::Exposure), [0.0, 7.0], "straight down");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     window.run_steps(3);
     assert_eq!(exposure(&window), 1.0, "a drag is one step of undo");
@@ -344,23 +308,13 @@ fn a_curve_s_keys_and_tangents_are_dragged_and_the_picture_follows() {
     let keys = window.state().state().look.keys(Setting::Exposure).clone();
     assert_eq!(keys.kind(0), Interpolation::Bezier);
     assert!(keys.slopes(0).unwrap()[1] > 0.1, "{keys:?}");
-    assert!(
-        exposure(&window) > smooth + 0.05,
-        "{} {smooth}",
-        exposure(&window)
-    );
-    assert!(
-        window
-            .query_by_label("Exposure tangent in at frame 0")
-            .is_none()
-    );
+    assert!(exposure(&window) > smooth + 0.05, "{} {smooth}", exposure(&window));
+    assert!(window.query_by_label("Exposure tangent in at frame 0").is_none());
     let knob = window.get_by_label(name).rect().center();
     let at = key(&window, "Exposure", 0);
     assert!(knob.y < at.y && knob.x > at.x);
     // Back to automatic.
-    window
-        .get_by_label("Exposure key at frame 0")
-        .click_secondary();
+    window.get_by_label("Exposure key at frame 0").click_secondary();
     window.run_steps(3);
     window.get_by_label("Automatic tangents").click();
     window.run_steps(3);
@@ -390,11 +344,7 @@ fn a_value_in_a_lane_sets_a_key_and_in_and_out_are_dragged() {
     assert_eq!(range(&window), Some((0, 3)));
     let into = handle(&window, "In point at frame 0");
     let to = key(&window, "Yaw", 3).x - key(&window, "Yaw", 0).x;
-    plain_drag(
-        &mut window,
-        into.center(),
-        into.center() + vec2(2.0 * to, 0.0),
-    );
+    plain_drag(&mut window, into.center(), into.center() + vec2(2.0 * to, 0.0));
     assert_eq!(range(&window), Some((3, 3)), "they do not cross");
     let into = handle(&window, "In point at frame 3").center();
     plain_drag(&mut window, into, into - vec2(2.0 * to, 0.0));
@@ -438,11 +388,7 @@ fn a_lights_dot_is_moved_by_the_arrow_keys_and_the_frame_stays() {
     scroll_to(&mut window, "Light 1 on the panorama");
     window.get_by_label("Light 1 on the panorama").click();
     window.run_steps(2);
-    assert_eq!(
-        light(&window),
-        (-135.0, 45.0),
-        "a click alone moves nothing"
-    );
+    assert_eq!(light(&window), (-135.0, 45.0), "a click alone moves nothing");
     for (key, modifiers, expected) in [
         (Key::ArrowRight, Modifiers::NONE, (-134.0, 45.0)),
         (Key::ArrowUp, Modifiers::SHIFT, (-134.0, 55.0)),
@@ -465,17 +411,10 @@ fn the_brightest_areas_follow_pitch_and_roll() {
     let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
-    let area = |window: &Window| {
-        window
-            .get_by_label_contains("Brightest area 1")
-            .rect()
-            .center()
-    };
+    let area = |window: &Window| window.get_by_label_contains("Brightest area 1").rect().center();
     let before = area(&window);
-    let roll = window
-        .get_by_role_and_label(egui::accesskit::Role::SpinButton, "Roll")
-        .rect()
-        .center();
+    let roll =
+        window.get_by_role_and_label(egui::accesskit::Role::SpinButton, "Roll").rect().center();
     let right = roll + vec2(80.0, 0.0);
     plain_drag(&mut window, roll, right);
     until_shown(&mut window);

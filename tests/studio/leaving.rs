@@ -51,18 +51,14 @@ fn a_close_during_an_export_of_a_movie_says_that_it_is_lost_and_counts_those_tha
     let folder = crate::temporary();
     let (mut window, _tell) = exporting("clay.mov", folder.path());
     let _next = told_export(&window, "next.mov", folder.path());
-    until(&mut window, "the next export", |app| {
-        app.exports().len() == 2
-    });
+    until(&mut window, "the next export", |app| app.exports().len() == 2);
     assert!(close(&mut window));
     window.get_by_label("clay.mov is 25 % done. An unfinished movie is lost.");
     window.get_by_label("1 export in the queue is not written.");
     window.key_press(Key::Escape);
     window.run_steps(2);
     let _more = told_export(&window, "more.mov", folder.path());
-    until(&mut window, "a third export", |app| {
-        app.exports().len() == 3
-    });
+    until(&mut window, "a third export", |app| app.exports().len() == 3);
     assert!(close(&mut window));
     window.get_by_label("2 exports in the queue are not written.");
 }
@@ -106,9 +102,7 @@ fn the_project_itself_is_opened_again_by_another_path_once_that_is_agreed() {
     let mut window = super::window(|ctx| StudioApp::over(ctx, film.clone(), super::clay::source));
     let job = told_job(&mut window);
     drop_onto(&mut window, &link);
-    until(&mut window, "the reason", |app| {
-        app.status().refusal.is_some()
-    });
+    until(&mut window, "the reason", |app| app.status().refusal.is_some());
     window.get_by_label_contains("A job is running: training the network");
     assert!(is_open(&window, &film.root));
     drop(job);
@@ -124,9 +118,7 @@ fn another_project_asks_before_it_ends_exports() {
     let film = project::imported(elsewhere.path());
     let (mut window, _tell) = exporting("clay.mov", folder.path());
     let _next = told_export(&window, "next.mov", folder.path());
-    until(&mut window, "the next export", |app| {
-        app.exports().len() == 2
-    });
+    until(&mut window, "the next export", |app| app.exports().len() == 2);
 
     drop_onto(&mut window, film.root.join("project.toml"));
     until_labelled(&mut window, "Stop and open");

@@ -74,11 +74,7 @@ fn a_light_has_a_gain_in_stops_and_a_temperature_and_is_muted() {
     assert_eq!(picture(&window), without);
     // Its settings are folded away, and its line stays.
     click(&mut window, "Settings of Light 1");
-    assert!(
-        window
-            .query_by_role_and_label(Role::SpinButton, "Gain")
-            .is_none()
-    );
+    assert!(window.query_by_role_and_label(Role::SpinButton, "Gain").is_none());
     window.get_by_label("Solo Light 1");
 }
 
@@ -114,11 +110,7 @@ fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
     type_into(&mut window, field, "Left side");
     until_shown(&mut window);
     assert_eq!(groups(&window)[0].name, "Left side");
-    assert!(
-        lights(&window)
-            .iter()
-            .all(|light| light.group == "Left side")
-    );
+    assert!(lights(&window).iter().all(|light| light.group == "Left side"));
     // It is kept, and a group that is removed leaves its lights.
     let kept = folder.path().join("look.json");
     until(&mut window, "saved group", |_| {
@@ -172,14 +164,8 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
     until_labelled(&mut window, "Light 1 on the picture");
     window.run_steps(3);
     let pane = window.get_by_label("Relit picture").rect();
-    let falls = window
-        .get_by_label("Light 1 on the picture")
-        .rect()
-        .center();
-    assert!(
-        falls.x < pane.center().x && falls.y < pane.center().y,
-        "{falls}"
-    );
+    let falls = window.get_by_label("Light 1 on the picture").rect().center();
+    assert!(falls.x < pane.center().x && falls.y < pane.center().y, "{falls}");
     pull(&mut window, "Light 1 on the panorama", vec2(180.0, 0.0));
     let turned = to(&window);
     assert!(turned.x > 0.2, "{turned}");
@@ -190,11 +176,7 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
     let sphere = window.get_by_label("Environment map").rect().center();
     assert!(on_sphere.x > sphere.x, "light from the right is right");
     snapshot(&mut window, "studio_sphere");
-    pull(
-        &mut window,
-        "Light 1 on the sphere",
-        sphere + vec2(-60.0, 0.0) - on_sphere,
-    );
+    pull(&mut window, "Light 1 on the sphere", sphere + vec2(-60.0, 0.0) - on_sphere);
     let pulled = to(&window);
     assert!(pulled.x < -0.5 && pulled.y.abs() < 0.2, "{pulled}");
 
@@ -206,11 +188,7 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
         app.state().look.lighting.placed[0].direction().x > 0.3
     });
     assert_eq!(lights(&window).len(), before, "it moves its own light");
-    assert_eq!(
-        window.state().state().look.yaw_deg,
-        0.0,
-        "the environment stays"
-    );
+    assert_eq!(window.state().state().look.yaw_deg, 0.0, "the environment stays");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     window.run_steps(4);
     until_shown(&mut window);
@@ -293,26 +271,18 @@ fn a_light_is_duplicated_copied_pasted_and_removed_with_its_keys() {
     window.run_steps(3);
     assert_eq!(ids(&window), [1], "none is chosen any more");
     undo(&mut window);
-    assert_eq!(
-        (ids(&window), keys_of(&window, 2)),
-        (vec![1, 2], vec![-135.0])
-    );
+    assert_eq!((ids(&window), keys_of(&window, 2)), (vec![1, 2], vec![-135.0]));
     window.event(Event::Paste("a text".to_owned()));
     window.run_steps(3);
     window.get_by_label_contains("The clipboard holds no light");
 
     // In the timeline the same keys are those of its lanes.
     click(&mut window, "Settings of Light 1");
-    window
-        .get_by_label("Light 1 azimuth key at frame 0")
-        .click();
+    window.get_by_label("Light 1 azimuth key at frame 0").click();
     window.run_steps(3);
     assert_eq!(window.state().state().active, Pane::Timeline);
     let key = copied(&mut window).unwrap();
-    assert!(
-        key.contains("lights.1.yaw") && !key.contains("pitch_deg"),
-        "{key}"
-    );
+    assert!(key.contains("lights.1.yaw") && !key.contains("pitch_deg"), "{key}");
     window.event(Event::Paste(text));
     window.run_steps(3);
     window.key_press(Key::Delete);
@@ -415,10 +385,7 @@ fn a_colour_is_picked_and_the_temperature_no_longer_applies() {
     let light = &lights(&window)[0];
     assert_eq!(light.temperature_k, None);
     let [r, g, b] = light.color;
-    assert!(
-        r < 0.01 && (0.01..0.1).contains(&g) && b > 0.99,
-        "{light:?}"
-    );
+    assert!(r < 0.01 && (0.01..0.1).contains(&g) && b > 0.99, "{light:?}");
     let blue = picture(&window);
     let sum = |picture: &[u8], channel: usize| -> u64 {
         let codes = picture.iter().skip(channel).step_by(3);
@@ -462,11 +429,7 @@ fn a_group_folds_and_a_name_that_is_taken_is_refused_in_words() {
     type_number(&mut window, "Azimuth", "120");
     click(&mut window, "Group 2 group");
     assert!(window.query_by_label("Name of Light 2").is_none());
-    assert!(
-        window
-            .query_by_role_and_label(Role::SpinButton, "Gain of Group 2")
-            .is_none()
-    );
+    assert!(window.query_by_role_and_label(Role::SpinButton, "Gain of Group 2").is_none());
     window.get_by_label("Name of Light 1");
     // Its name and what mutes it stay, and so does the fold under another name.
     click(&mut window, "Mute Group 2");
@@ -552,10 +515,7 @@ fn lights_their_groups_and_copies_are_there_when_the_window_opens_again() {
     let after = &window.state().state().look;
     assert_eq!(after.lighting, before.lighting);
     assert_eq!(after.animation, before.animation);
-    assert_eq!(
-        (keys_of(&window, 1), keys_of(&window, 2)),
-        (vec![-135.0], vec![-240.0])
-    );
+    assert_eq!((keys_of(&window, 1), keys_of(&window, 2)), (vec![-135.0], vec![-240.0]));
     assert_eq!(picture(&window), shown);
     undo(&mut window);
     assert_eq!(keys_of(&window, 2), [-135.0], "so are the steps");
@@ -565,12 +525,7 @@ fn lights_their_groups_and_copies_are_there_when_the_window_opens_again() {
 fn every_line_of_many_lights_is_reached_and_nothing_of_it_is_cut() {
     let folder = crate::temporary();
     let light = |i: usize| {
-        let group = [
-            "",
-            "Left",
-            "Right",
-            "Practicals behind the subject, far away",
-        ][i % 4];
+        let group = ["", "Left", "Right", "Practicals behind the subject, far away"][i % 4];
         serde_json::json!({ "group": group, "yaw_deg": 15.0 * i as f32 - 90.0 })
     };
     let placed: Vec<_> = (0..12).map(light).collect();
@@ -595,22 +550,15 @@ fn every_line_of_many_lights_is_reached_and_nothing_of_it_is_cut() {
             format!("Remove light {i}"),
         ];
         let rects = parts.map(|part| window.get_by_label(&part).rect());
-        assert!(
-            rects.iter().all(|rect| pane.contains_rect(*rect)),
-            "{i}: {rects:?}"
-        );
-        let apart = rects
-            .windows(2)
-            .all(|pair| pair[0].right() < pair[1].left());
+        assert!(rects.iter().all(|rect| pane.contains_rect(*rect)), "{i}: {rects:?}");
+        let apart = rects.windows(2).all(|pair| pair[0].right() < pair[1].left());
         assert!(apart && rects[3].width() > 60.0, "{i}: {rects:?}");
     }
     // The last settings of the last light, which is in the longest group.
     click(&mut window, "Settings of Light 12");
     for field in ["Gain", "Azimuth", "Elevation", "Radius"] {
         let of = |window: &Window| window.get_by_role_and_label(Role::SpinButton, field).rect();
-        window
-            .get_by_role_and_label(Role::SpinButton, field)
-            .scroll_to_me();
+        window.get_by_role_and_label(Role::SpinButton, field).scroll_to_me();
         window.run_steps(4);
         assert!(pane.contains_rect(of(&window)), "{field}: {}", of(&window));
     }

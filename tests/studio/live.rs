@@ -58,11 +58,7 @@ fn a_drag_shows_each_move_with_no_older_picture_between_and_predicts_nothing() {
         // The move before may have been shown at less than its size first, and be made again.
         assert!(pictures <= 2, "{pictures} pictures at {step}");
         let passes = &window.state().relit().unwrap().passes;
-        assert!(
-            passes
-                .iter()
-                .all(|pass| pass.name != "predict" || !pass.ran)
-        );
+        assert!(passes.iter().all(|pass| pass.name != "predict" || !pass.ran));
         before = asked;
     }
     assert!((before - 60.0 * 0.4).abs() < 0.01, "{before}");
@@ -225,29 +221,19 @@ fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
                 std::io::ErrorKind::StorageFull.into(),
                 remedy,
             );
-            if std::mem::take(&mut full) {
-                Err(failure)
-            } else {
-                Ok(())
-            }
+            if std::mem::take(&mut full) { Err(failure) } else { Ok(()) }
         });
         progress.step("training", 500, 1000, format!("{written:?}"));
     })
     .unwrap();
     until(&mut window, "the pause", |app| {
-        app.status()
-            .job
-            .as_ref()
-            .is_some_and(|work| work.held.is_some())
+        app.status().job.as_ref().is_some_and(|work| work.held.is_some())
     });
     assert!(window.state().status().job.as_ref().unwrap().is_paused());
     window.get_by_label_contains("cannot write checkpoint/live.bpk");
     window.get_by_label("Resume").click();
     until(&mut window, "the step after it", |app| {
-        app.status()
-            .job
-            .as_ref()
-            .is_some_and(|work| work.note == "Ok(())")
+        app.status().job.as_ref().is_some_and(|work| work.note == "Ok(())")
     });
     window.run_steps(2);
     assert!(window.query_by_label_contains("cannot write").is_none());
@@ -262,10 +248,8 @@ fn a_window_whose_gpu_is_lost_draws_nothing_closes_and_leaves_its_project() {
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let left = ProjectHandover::new(Latest::new(|| {}));
     let next = left.clone();
-    let mut window = Harness::builder()
-        .with_size(vec2(1280.0, 720.0))
-        .wgpu_setup(setup)
-        .build_eframe(|cc| {
+    let mut window =
+        Harness::builder().with_size(vec2(1280.0, 720.0)).wgpu_setup(setup).build_eframe(|cc| {
             StudioApp::over(&cc.egui_ctx, project, clay::source)
                 .replaced_by(next, Some("opened again"))
         });
@@ -288,11 +272,7 @@ fn a_window_whose_gpu_is_lost_draws_nothing_closes_and_leaves_its_project() {
     assert_eq!(project.settings.name, "clay");
     drop(window);
     let again = self::window(|ctx| StudioApp::over(ctx, project, clay::source));
-    assert_eq!(
-        again.state().state().look.environment,
-        chosen,
-        "the look was kept"
-    );
+    assert_eq!(again.state().state().look.environment, chosen, "the look was kept");
 }
 
 #[test]
@@ -354,28 +334,18 @@ fn a_drag_turns_by_what_comes_between_press_and_release() {
             "picture" => (MIDDLE, 0.4),
             _ => {
                 let panorama = window.get_by_label("Environment map").rect();
-                (
-                    panorama.center() - vec2(40.0, 0.0),
-                    360.0 / panorama.width(),
-                )
+                (panorama.center() - vec2(40.0, 0.0), 360.0 / panorama.width())
             }
         };
         let to = |points: f32| at + right(points).to_vec2() - MIDDLE.to_vec2();
         window.event(Event::PointerMoved(at - vec2(60.0, 0.0)));
         window.run_steps(2);
         // A slow frame of the window takes in all of it at once.
-        let events = [
-            Event::PointerMoved(at),
-            press(at, true),
-            Event::PointerMoved(to(20.0)),
-        ];
+        let events = [Event::PointerMoved(at), press(at, true), Event::PointerMoved(to(20.0))];
         window.input_mut().events.extend(events);
         window.run_steps(3);
-        let events = [
-            Event::PointerMoved(to(50.0)),
-            press(to(50.0), false),
-            Event::PointerMoved(to(75.0)),
-        ];
+        let events =
+            [Event::PointerMoved(to(50.0)), press(to(50.0), false), Event::PointerMoved(to(75.0))];
         window.input_mut().events.extend(events);
         window.run_steps(4);
         let yaw = window.state().state().look.yaw_deg;
@@ -415,12 +385,9 @@ fn where_a_drag_ends_is_shown_without_another_event() {
             _ => panorama.center() - vec2(40.0, 0.0),
         };
         let to = at + vec2(30.0, 0.0);
-        for event in [
-            Event::PointerMoved(at),
-            press(at, true),
-            Event::PointerMoved(to),
-            press(to, false),
-        ] {
+        for event in
+            [Event::PointerMoved(at), press(at, true), Event::PointerMoved(to), press(to, false)]
+        {
             window.event(event);
             window.step();
         }
@@ -428,13 +395,9 @@ fn where_a_drag_ends_is_shown_without_another_event() {
         as_asked(&mut window);
         let drawn = window.render().unwrap();
         window.run_steps(6);
-        let [x, y, width, height] = [
-            panorama.left(),
-            panorama.top(),
-            panorama.width(),
-            panorama.height(),
-        ]
-        .map(|points| points as u32);
+        let [x, y, width, height] =
+            [panorama.left(), panorama.top(), panorama.width(), panorama.height()]
+                .map(|points| points as u32);
         let crop =
             |of: &image::RgbaImage| image::imageops::crop_imm(of, x, y, width, height).to_image();
         let later = window.render().unwrap();
@@ -491,9 +454,7 @@ fn nothing_moves_as_jobs_come_and_go() {
     assert_eq!(places(&window), before);
     window.get_by_label("Stop");
     drop(job);
-    until(&mut window, "end of the job", |app| {
-        app.status().job.is_none()
-    });
+    until(&mut window, "end of the job", |app| app.status().job.is_none());
     window.run_steps(2);
     assert_eq!(places(&window), before);
     window.get_by_label_contains("Trained for 10 min, 3250 steps");
@@ -521,9 +482,7 @@ fn spent_within(time: Duration) -> (f64, String) {
     let threads = || -> BTreeMap<PathBuf, (String, f64)> {
         let folders = std::fs::read_dir("/proc/self/task").unwrap();
         let folders = folders.map(|folder| folder.unwrap().path());
-        folders
-            .filter_map(|f| processor_time(&f).map(|time| (f, time)))
-            .collect()
+        folders.filter_map(|f| processor_time(&f).map(|time| (f, time))).collect()
     };
     let (before, before_by_thread) = (own(), threads());
     std::thread::sleep(time);
@@ -574,10 +533,7 @@ fn a_window_at_rest_leaves_the_processor_alone() {
                     break;
                 }
             }
-            assert!(
-                started.elapsed() < PATIENCE,
-                "{what} never rests: {threads}"
-            );
+            assert!(started.elapsed() < PATIENCE, "{what} never rests: {threads}");
         }
     };
     for (place, workspace) in Workspace::ALL.into_iter().enumerate() {

@@ -25,9 +25,7 @@ fn sides(relit: &PreviewPicture) -> [Option<&[u8]>; 2] {
 /// Waits until what is compared has these codes.
 fn until_sides(window: &mut Window, what: &str, wanted: [Option<&[u8]>; 2]) {
     until_shown(window);
-    until(window, what, |app| {
-        app.relit().is_some_and(|relit| sides(relit) == wanted)
-    });
+    until(window, what, |app| app.relit().is_some_and(|relit| sides(relit) == wanted));
 }
 
 /// The picture of every frame in the present look, from the first.
@@ -201,9 +199,7 @@ fn one_of_four_places_has_an_older_version_also_while_the_clip_plays() {
         let frame = relit.scene.frame;
         codes(1) == Some(&new[frame]) && codes(2) == Some(&old[frame])
     };
-    until(&mut window, "both versions", |app| {
-        app.relit().is_some_and(|relit| are(relit))
-    });
+    until(&mut window, "both versions", |app| app.relit().is_some_and(|relit| are(relit)));
     play(&mut window, |relit| {
         assert!(are(relit), "frame {}", relit.scene.frame);
         true

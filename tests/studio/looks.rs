@@ -10,10 +10,7 @@ use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
 
 pub fn id(shelf: Shelf, name: &str) -> LookId {
-    LookId {
-        shelf,
-        name: LookName::new(name).unwrap(),
-    }
+    LookId { shelf, name: LookName::new(name).unwrap() }
 }
 
 /// Brings the pane of looks to the front.
@@ -49,9 +46,7 @@ pub fn choose(window: &mut Window, look: &str, entry: &str) {
     window.run_steps(3);
     window.get_by_label(entry).click();
     window.run_steps(3);
-    until(window, "end of what was asked for", |app| {
-        !app.looks().is_busy()
-    });
+    until(window, "end of what was asked for", |app| !app.looks().is_busy());
 }
 
 /// Makes the look half a stop brighter.
@@ -147,11 +142,7 @@ fn an_update_is_a_new_version_and_older_ones_come_back() {
     let first = picture(&window);
     window.get_by_label("Update").click();
     window.run_steps(3);
-    let versions = |window: &Window| {
-        window.state().looks().looks(Shelf::Project)[0]
-            .versions
-            .len()
-    };
+    let versions = |window: &Window| window.state().looks().looks(Shelf::Project)[0].versions.len();
     assert!(!window.state().looks().is_busy() && versions(&window) == 1);
     relight(&mut window);
     window.get_by_label("Update").click();
@@ -197,9 +188,7 @@ fn looks_are_renamed_duplicated_removed_and_brought_back() {
     window.run_steps(3);
     window.get_by_label("Restore Noon").click();
     window.run_steps(3);
-    until(&mut window, "the removed look", |app| {
-        !app.looks().is_busy()
-    });
+    until(&mut window, "the removed look", |app| !app.looks().is_busy());
     assert_eq!(names(&window), ["Noon", "Noon 2"]);
     // What no folder can be called is said, and nothing is lost.
     rename(&mut window, "Noon", "a/b");
@@ -308,9 +297,7 @@ fn a_look_that_is_kept_for_all_projects_brings_its_environment_or_says_that_it_i
     open_looks(&mut window);
     store(&mut window, "Yard", "Store");
     choose(&mut window, "Yard", "Keep for all projects");
-    until(&mut window, "look for all projects", |app| {
-        !app.looks().looks(Shelf::Person).is_empty()
-    });
+    until(&mut window, "look for all projects", |app| !app.looks().looks(Shelf::Person).is_empty());
     drop(window);
 
     let mut window = window_of_a_person(&settings, other.clone());
@@ -318,8 +305,7 @@ fn a_look_that_is_kept_for_all_projects_brings_its_environment_or_says_that_it_i
     window.get_by_label("Yard, all projects").click();
     until(&mut window, "environment of the look", |app| {
         let list = app.environments();
-        list.iter()
-            .any(|e| e.listed.name == "yard" && e.panorama.is_done())
+        list.iter().any(|e| e.listed.name == "yard" && e.panorama.is_done())
     });
     until_shown(&mut window);
     assert!(picture(&window) == stored);
@@ -332,9 +318,7 @@ fn a_look_that_is_kept_for_all_projects_brings_its_environment_or_says_that_it_i
     let mut window = window_of_a_person(&settings, other);
     open_looks(&mut window);
     window.get_by_label("Yard, all projects").click();
-    until(&mut window, "what is missing", |app| {
-        app.status().refusal.is_some()
-    });
+    until(&mut window, "what is missing", |app| app.status().refusal.is_some());
     let said = window.state().status().refusal.clone().unwrap();
     assert!(said.contains("yard") && said.contains("yard.exr"), "{said}");
     let look = &window.state().state().look;
@@ -353,17 +337,13 @@ fn a_look_is_written_into_a_file_and_loaded_by_dropping_it() {
     let [one, other] = ["one", "other"].map(|name| saved_project(folder.path(), name));
     let file = folder.path().join("Moon.look.json");
     let mut window = window(|ctx| StudioApp::over(ctx, one, clay::source));
-    until(&mut window, "the first picture", |app| {
-        app.relit().is_some()
-    });
+    until(&mut window, "the first picture", |app| app.relit().is_some());
     relight(&mut window);
     let stored = window.state().state().look.exposure_stops;
     open_looks(&mut window);
     store(&mut window, "Any", "Store");
     choose(&mut window, "Any", "Save look…");
-    until(&mut window, "field for a path", |app| {
-        app.state().path.is_some()
-    });
+    until(&mut window, "field for a path", |app| app.state().path.is_some());
     let typed = file.display().to_string();
     window.event(egui::Event::Text(typed));
     window.run_steps(2);
@@ -372,9 +352,7 @@ fn a_look_is_written_into_a_file_and_loaded_by_dropping_it() {
     drop(window);
 
     let mut window = super::window(|ctx| StudioApp::over(ctx, other, clay::source));
-    until(&mut window, "the first picture", |app| {
-        app.relit().is_some()
-    });
+    until(&mut window, "the first picture", |app| app.relit().is_some());
     super::drop_onto(&mut window, file.clone());
     until_drawn(&mut window, &id(Shelf::Project, "Moon"));
     assert_eq!(window.state().state().look.exposure_stops, stored);
@@ -385,11 +363,7 @@ fn a_look_is_written_into_a_file_and_loaded_by_dropping_it() {
     until(&mut window, "end of loading", |app| {
         app.state().look.exposure_stops == stored && !app.looks().is_busy()
     });
-    let versions = |window: &Window| {
-        window.state().looks().looks(Shelf::Project)[0]
-            .versions
-            .len()
-    };
+    let versions = |window: &Window| window.state().looks().looks(Shelf::Project)[0].versions.len();
     assert_eq!(versions(&window), 1);
     std::fs::write(&file, "{\"look\": 3}").unwrap();
     super::drop_onto(&mut window, file);
@@ -472,11 +446,7 @@ fn zoom_and_pan_are_those_of_all_four() {
         app.relit().is_some_and(|relit| relit.looks[0].is_some())
     });
     let place = window.get_by_label("A: current look").rect();
-    super::plain_drag(
-        &mut window,
-        place.center(),
-        place.center() + egui::vec2(20.0, 8.0),
-    );
+    super::plain_drag(&mut window, place.center(), place.center() + egui::vec2(20.0, 8.0));
     let state = window.state().state();
     assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
     assert!(state.view.pan[0] > 5.0, "{:?}", state.view.pan);
@@ -506,11 +476,7 @@ fn what_is_set_while_the_clip_plays_is_saved_and_can_be_undone_after_the_window_
     brighten(&mut window);
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     window.run_steps(2);
-    super::plain_drag(
-        &mut window,
-        super::MIDDLE,
-        super::MIDDLE + egui::vec2(37.0, 0.0),
-    );
+    super::plain_drag(&mut window, super::MIDDLE, super::MIDDLE + egui::vec2(37.0, 0.0));
     window.run_steps(2);
     assert!(window.state().state().playing);
     let set = window.state().state().look.clone();
@@ -587,9 +553,7 @@ fn a_window_that_only_reads_stores_nothing() {
     let _lock = Lock::take(&project.root, "another program").unwrap();
     let before = files(&project.root);
     let mut window = window(|ctx| StudioApp::over(ctx, project.clone(), clay::source));
-    until(&mut window, "the first picture", |app| {
-        app.relit().is_some()
-    });
+    until(&mut window, "the first picture", |app| app.relit().is_some());
     relight(&mut window);
     open_looks(&mut window);
     window.get_by_label("Name of the look").click();

@@ -25,18 +25,8 @@ pub fn report() -> MachineReport {
         missing["left_out"] = json!("the time was up; give it more minutes");
         json!([
             row("relight", None, 512, 0.3 * slow),
-            row(
-                "relit frame, network included",
-                Some("quick"),
-                512,
-                9.0 * slow
-            ),
-            row(
-                "turn of the light in the window",
-                Some("quick"),
-                512,
-                0.8 * slow
-            ),
+            row("relit frame, network included", Some("quick"), 512, 9.0 * slow),
+            row("turn of the light in the window", Some("quick"), 512, 0.8 * slow),
             row("training step", Some("quick"), 128, 6.0 * slow),
             row("prediction", Some("quick"), 128, 1.5 * slow),
             missing,

@@ -29,10 +29,7 @@ fn a_bar_computes_and_a_double_click_resets_it() {
     double_click(&mut window, at);
     assert_eq!(pitch(&window), 0.0);
     until_shown(&mut window);
-    assert!(
-        !window.ctx.text_edit_focused(),
-        "the keys are the window's again"
-    );
+    assert!(!window.ctx.text_edit_focused(), "the keys are the window's again");
 }
 
 #[test]

@@ -22,9 +22,7 @@ fn on_gpu() -> Result<Source, Blocked> {
     Ok(Source {
         predict: Box::new(move |index| {
             let mut made = predict(index)?;
-            let Field::Memory(olats) = &made.field else {
-                unreachable!("clay is made in memory")
-            };
+            let Field::Memory(olats) = &made.field else { unreachable!("clay is made in memory") };
             let there = FieldBuffer::upload(olats, &gpu.device);
             made.field = Field::Gpu(there, gpu.passes.clone());
             Ok(made)
@@ -41,12 +39,7 @@ pub fn own_gpu() -> Option<WgpuSetupExisting> {
     let adapter = found(Need::Gpu, adapter.ok_or("no Vulkan adapter to draw with"))?;
     let (device, queue) =
         pollster::block_on(adapter.request_device(&device_descriptor(&adapter))).unwrap();
-    Some(WgpuSetupExisting {
-        instance,
-        adapter,
-        device,
-        queue,
-    })
+    Some(WgpuSetupExisting { instance, adapter, device, queue })
 }
 
 /// A window that draws with the GPU that makes its pictures; None without a GPU.
@@ -114,9 +107,7 @@ fn a_drag_is_drawn_from_the_gpu_and_what_rests_has_its_codes_too() {
 
     // At rest its codes come, and nothing that is seen changes.
     pointer(&window, 200.0, Some(false));
-    until(&mut window, "the codes", |app| {
-        app.relit().is_some_and(|relit| !relit.rgb.is_empty())
-    });
+    until(&mut window, "the codes", |app| app.relit().is_some_and(|relit| !relit.rgb.is_empty()));
     window.run_steps(4);
     let relit = window.state().relit().unwrap();
     assert!(relit.passes.iter().all(|pass| !pass.reason.is_empty()));
@@ -135,8 +126,7 @@ fn a_drag_is_drawn_from_the_gpu_and_what_rests_has_its_codes_too() {
     assert!(sum(&brighter.rgb) > sum(&plain));
     window.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::R);
     until(&mut window, "the picture as it is exported", |app| {
-        app.relit()
-            .is_some_and(|relit| relit.scene.viewing.is_neutral())
+        app.relit().is_some_and(|relit| relit.scene.viewing.is_neutral())
     });
 
     // Who looks at the scopes sees them move with the light.

@@ -59,23 +59,12 @@ fn a_shoot_that_is_dropped_becomes_a_project() {
     window.run();
     window.get_by_label("New project…");
     drop_onto(&mut window, &shoot);
-    until(&mut window, "look at the shoot", |app| {
-        app.wizard().scan().is_some()
-    });
-    for part in [
-        "Manifest",
-        "Interview",
-        "Exemplars",
-        "Mirror balls",
-        "Mattes",
-    ] {
+    until(&mut window, "look at the shoot", |app| app.wizard().scan().is_some());
+    for part in ["Manifest", "Interview", "Exemplars", "Mirror balls", "Mattes"] {
         window.get_by_label(&format!("{part}: complete"));
     }
     let scan = window.state().wizard().scan().unwrap().clone();
-    assert_eq!(
-        (scan.frames, scan.lamps, scan.picture),
-        (3, 6, Some((32, 32)))
-    );
+    assert_eq!((scan.frames, scan.lamps, scan.picture), (3, 6, Some((32, 32))));
     snapshot_without_paths(&mut window, "studio_project_filled", folder.path());
 
     let name = window.get_by_role_and_label(Role::TextInput, "Name");
@@ -85,25 +74,16 @@ fn a_shoot_that_is_dropped_becomes_a_project() {
     window.get_by_label("All 6").click();
     window.run();
     window.get_by_role_and_label(Role::SpinButton, "Lamps");
-    window
-        .get_by_role_and_label(Role::ComboBox, "Working size")
-        .click();
+    window.get_by_role_and_label(Role::ComboBox, "Working size").click();
     window.run_steps(4);
     window.get_by_label("64 pixels").click();
     window.run();
     window.get_by_label("Make project").click();
-    until(
-        &mut window,
-        "opened project",
-        needs(Some(Need::Calibration)),
-    );
+    until(&mut window, "opened project", needs(Some(Need::Calibration)));
     let made = Project::open(&folder.path().join("shoot-project")).unwrap();
     let settings = &made.settings;
     assert_eq!((settings.name.as_str(), settings.size), ("Anna", 64));
-    assert_eq!(
-        (settings.shoot.lamps.len(), settings.shoot.other_lamps.len()),
-        (3, 3)
-    );
+    assert_eq!((settings.shoot.lamps.len(), settings.shoot.other_lamps.len()), (3, 3));
     assert_eq!(window.state().project().unwrap().settings.name, "Anna");
 }
 
@@ -117,9 +97,7 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
     drop_onto(&mut window, folder.path().join("shoot/truth.json"));
     window.get_by_label_contains("cannot be used. Drop a panorama");
     drop_onto(&mut window, &shoot);
-    until(&mut window, "look at the shoot", |app| {
-        app.wizard().scan().is_some()
-    });
+    until(&mut window, "look at the shoot", |app| app.wizard().scan().is_some());
     window.get_by_label("Mirror balls: missing");
     window.get_by_label_contains("probes/olat_03.png is missing. The lamps");
     window.get_by_label_contains("interview_masks/frame_001.png is missing");
@@ -139,10 +117,7 @@ pub fn filmed(folder: &Path) -> PathBuf {
         size: 32,
         lamps: 6,
         written_as: WrittenAs::Movies,
-        trouble: TroubleSettings {
-            tracking: Some(3),
-            ..TroubleSettings::default()
-        },
+        trouble: TroubleSettings { tracking: Some(3), ..TroubleSettings::default() },
         ..StageSettings::default()
     };
     write_shoot(&filmed, &stage, &Progress::silent()).unwrap();
@@ -167,10 +142,7 @@ fn a_shoot_is_gathered_from_dropped_movies() {
     window.run_steps(2);
     // Where the pointer is next says what it is; what does not fit says why.
     drop_onto(&mut window, filmed.join("interview.mov"));
-    let row = window
-        .get_by_label("Add files to: Mirror ball")
-        .rect()
-        .center();
+    let row = window.get_by_label("Add files to: Mirror ball").rect().center();
     window.hover_at(row);
     window.run_steps(2);
     until(&mut window, "look at the interview", known(2));
@@ -192,17 +164,10 @@ fn a_shoot_is_gathered_from_dropped_movies() {
     make.scroll_to_me();
     window.run();
     window.get_by_label("Make project").click();
-    until(
-        &mut window,
-        "opened project",
-        needs(Some(Need::Calibration)),
-    );
+    until(&mut window, "opened project", needs(Some(Need::Calibration)));
     let made = Project::open(&folder.path().join("filmed-project")).unwrap();
     let shoot = &made.settings.shoot;
-    assert_eq!(
-        (shoot.poses.len(), shoot.lamps.len(), shoot.frames.len()),
-        (6, 6, 3)
-    );
+    assert_eq!((shoot.poses.len(), shoot.lamps.len(), shoot.frames.len()), (6, 6, 3));
     assert_eq!(made.settings.name, "filmed");
 }
 
@@ -228,32 +193,17 @@ fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
     window.get_by_label("First frame of virtual stage");
     window.get_by_label("First frame of gone");
     // One that is gone says so in place of the time.
-    assert_eq!(
-        window
-            .query_all_by_label("Opened within the last hour")
-            .count(),
-        1
-    );
+    assert_eq!(window.query_all_by_label("Opened within the last hour").count(), 1);
     let made = folder.path().file_name().unwrap().to_string_lossy();
-    let folders = window
-        .query_all_by_label_contains(&made)
-        .map(|line| line.rect());
+    let folders = window.query_all_by_label_contains(&made).map(|line| line.rect());
     let fields = window.query_all_by_role(Role::TextInput);
     let places: Vec<egui::Rect> = folders.chain(fields.map(|field| field.rect())).collect();
     snapshot_without(&mut window, "studio_project_recent", &places);
     window.get_by_label("Remove gone").click();
     window.run();
-    assert!(
-        window
-            .query_by_label_contains("The folder is missing")
-            .is_none()
-    );
+    assert!(window.query_by_label_contains("The folder is missing").is_none());
     window.get_by_label("Open virtual stage").click();
-    until(
-        &mut window,
-        "opened project",
-        needs(Some(Need::Calibration)),
-    );
+    until(&mut window, "opened project", needs(Some(Need::Calibration)));
     drop(window);
     let kept = Preferences::from_file(&file);
     assert_eq!(kept.recent(), [film.root]);
@@ -268,11 +218,7 @@ fn a_recent_project_is_opened_by_its_first_frame() {
     let mut window = window(|ctx| StudioApp::of(ctx, preferences, None, DeviceChoice::Cpu));
     until_labelled(&mut window, "First frame of virtual stage");
     window.get_by_label("First frame of virtual stage").click();
-    until(
-        &mut window,
-        "opened project",
-        needs(Some(Need::Calibration)),
-    );
+    until(&mut window, "opened project", needs(Some(Need::Calibration)));
     assert_eq!(window.state().project().unwrap().root, film.root);
     // The interview's frame stands behind the question.
     until(&mut window, "frame behind the question", |app| {
@@ -286,11 +232,7 @@ fn a_project_that_is_not_calibrated_says_so_over_its_frame_and_offers_it() {
     let folder = crate::temporary();
     let film = imported(folder.path());
     let mut window = window(|ctx| StudioApp::new(ctx, Some(film), DeviceChoice::Cpu));
-    until(
-        &mut window,
-        "opened project",
-        needs(Some(Need::Calibration)),
-    );
+    until(&mut window, "opened project", needs(Some(Need::Calibration)));
     let corner = |window: &mut Window| {
         let shot = window.render().unwrap();
         shot.get_pixel(300, 70).0
@@ -332,22 +274,15 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
     let open = || {
         let project = project.clone();
         let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
-        until(&mut window, "the first picture", |app| {
-            app.relit().is_some()
-        });
+        until(&mut window, "the first picture", |app| app.relit().is_some());
         window
     };
     let first = open();
     let mut second = open();
     second.get_by_label("Read-only");
-    second.get_by_label(&format!(
-        "Open in another window (process {}).",
-        std::process::id()
-    ));
-    let job = Job::Calibrate {
-        project: project.root.clone(),
-        settings: CalibrateSettings::default(),
-    };
+    second.get_by_label(&format!("Open in another window (process {}).", std::process::id()));
+    let job =
+        Job::Calibrate { project: project.root.clone(), settings: CalibrateSettings::default() };
     let refused = second.state().worker().unwrap().run(job).unwrap_err();
     let refused = refused.to_string();
     assert!(refused.contains("Read-only"), "{refused}");
@@ -357,10 +292,7 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
         let names = std::fs::read_dir(folder.path()).unwrap().flatten();
         let mut names: Vec<_> = names.map(|entry| entry.file_name()).collect();
         names.sort();
-        (
-            names,
-            std::fs::read(folder.path().join("project.toml")).unwrap(),
-        )
+        (names, std::fs::read(folder.path().join("project.toml")).unwrap())
     };
     let before = files();
     let yard = folder.path().join("sky.exr");
@@ -380,9 +312,7 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
     });
     second.run();
     assert!(second.query_by_label("Read-only").is_none());
-    let refused = Lock::take(folder.path(), "another")
-        .unwrap_err()
-        .to_string();
+    let refused = Lock::take(folder.path(), "another").unwrap_err().to_string();
     assert!(refused.contains("the studio"), "{refused}");
 }
 
@@ -399,23 +329,16 @@ fn another_project_is_not_opened_while_a_job_runs_and_is_once_it_was_stopped() {
     window.run_steps(2);
     assert_eq!(window.state().project().unwrap().root, elsewhere.path());
     // The job runs on.
-    job.send(|progress| progress.step("training", 500, 1000, "going on"))
-        .unwrap();
+    job.send(|progress| progress.step("training", 500, 1000, "going on")).unwrap();
     until(&mut window, "next step of the job", |app| {
         let job = app.status().job.as_ref();
         job.is_some_and(|job| job.note == "going on" && !job.stopping)
     });
     window.get_by_label("Stop").click();
-    until(&mut window, "end of the job", |app| {
-        app.status().job.is_none()
-    });
+    until(&mut window, "end of the job", |app| app.status().job.is_none());
     assert_eq!(window.state().project().unwrap().root, elsewhere.path());
     drop_onto(&mut window, &film.root);
-    until(
-        &mut window,
-        "opened project",
-        needs(Some(Need::Calibration)),
-    );
+    until(&mut window, "opened project", needs(Some(Need::Calibration)));
     assert_eq!(window.state().project().unwrap().root, film.root);
     assert_eq!(window.state().status().refusal, None);
 }
@@ -466,35 +389,23 @@ fn each_damage_has_its_sentence_and_loses_nothing() {
 
     std::fs::write(path("calibration.toml"), "lamps = [").unwrap();
     let mut window = opened();
-    until(
-        &mut window,
-        "damaged calibration",
-        needs(Some(Need::Calibration)),
-    );
+    until(&mut window, "damaged calibration", needs(Some(Need::Calibration)));
     window.get_by_label_contains("calibration.toml");
     window.get_by_label("Calibrate");
     drop(window);
 
-    for (text, says) in [
-        (Some("name = \"film\"\nsize = x"), "Correct the line"),
-        (None, "cannot be used"),
-    ] {
+    for (text, says) in
+        [(Some("name = \"film\"\nsize = x"), "Correct the line"), (None, "cannot be used")]
+    {
         let mut window = opened();
-        until(
-            &mut window,
-            "opened project",
-            needs(Some(Need::Calibration)),
-        );
+        until(&mut window, "opened project", needs(Some(Need::Calibration)));
         match text {
             Some(text) => std::fs::write(path("project.toml"), text).unwrap(),
             None => std::fs::remove_file(path("project.toml")).unwrap(),
         }
         drop_onto(&mut window, &root);
         until(&mut window, says, |app| {
-            app.status()
-                .log
-                .iter()
-                .any(|line| line.sentence.contains(says))
+            app.status().log.iter().any(|line| line.sentence.contains(says))
         });
         assert!(window.state().project().is_some(), "what was open stays");
     }

@@ -22,20 +22,13 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
         window.get_by_label_contains("notes.txt cannot be used");
     };
     let is_said = |window: &super::Window| {
-        let said = window
-            .query_by_label_contains("notes.txt cannot be used")
-            .is_some();
+        let said = window.query_by_label_contains("notes.txt cannot be used").is_some();
         assert_eq!(said, window.state().status().refusal.is_some());
         said
     };
     refused(&mut window);
-    let note = window
-        .get_by_label_contains("notes.txt cannot be used")
-        .rect();
-    assert!(
-        note.height() > 30.0 && note.width() < 640.0,
-        "it is wrapped: {note:?}"
-    );
+    let note = window.get_by_label_contains("notes.txt cannot be used").rect();
+    assert!(note.height() > 30.0 && note.width() < 640.0, "it is wrapped: {note:?}");
     snapshot_without(&mut window, "studio_refusal", &[]);
     window.get_by_label("Dismiss message").click();
     window.run_steps(2);
@@ -83,9 +76,7 @@ fn a_job_that_is_begun_while_another_runs_is_refused_in_every_workspace() {
     for workspace in [Key::Num1, Key::Num2] {
         press(&mut window, workspace);
         if workspace == Key::Num2 {
-            until(&mut window, "checkpoints", |app| {
-                app.training().records.is_some()
-            });
+            until(&mut window, "checkpoints", |app| app.training().records.is_some());
         }
         assert!(window.query_by_label_contains("Another job").is_none());
         press(&mut window, Key::Enter);
@@ -95,9 +86,7 @@ fn a_job_that_is_begun_while_another_runs_is_refused_in_every_workspace() {
     }
     assert!(window.query_by_label_contains("Another job").is_none());
     drop(job);
-    until(&mut window, "end of the job", |app| {
-        app.status().job.is_none()
-    });
+    until(&mut window, "end of the job", |app| app.status().job.is_none());
     window.key_press(Key::P);
     window.run_steps(3);
     window.get_by_label_contains("No job is running");

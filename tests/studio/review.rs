@@ -62,9 +62,7 @@ fn clay_project(folder: &Path) -> Project {
 fn opened(project: &Project) -> Window {
     let project = project.clone();
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
-    until(&mut window, "the first picture", |app| {
-        app.relit().is_some()
-    });
+    until(&mut window, "the first picture", |app| app.relit().is_some());
     until_shown(&mut window);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
     window.run_steps(2);
@@ -83,12 +81,8 @@ pub fn measured_window(folder: &Path) -> (Project, Window) {
 
 /// A press that is too short for a drag.
 fn click(window: &mut Window, pos: Pos2, modifiers: Modifiers) {
-    let press = |pressed| Event::PointerButton {
-        pos,
-        button: PointerButton::Primary,
-        pressed,
-        modifiers,
-    };
+    let press =
+        |pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers };
     window.event(Event::ModifiersChanged(modifiers));
     window.event(Event::PointerMoved(pos));
     window.event(press(true));
@@ -102,11 +96,7 @@ fn click(window: &mut Window, pos: Pos2, modifiers: Modifiers) {
 fn in_map(window: &Window, row: usize, lamp: usize) -> Pos2 {
     let map = window.get_by_label("FLIP by lamp and frame").rect();
     let column = (map.width() - 86.0) / LAMPS as f32;
-    map.min
-        + vec2(
-            86.0 + (lamp as f32 + 0.5) * column,
-            40.0 + (row as f32 + 0.5) * 18.0,
-        )
+    map.min + vec2(86.0 + (lamp as f32 + 0.5) * column, 40.0 + (row as f32 + 0.5) * 18.0)
 }
 
 #[test]
@@ -125,25 +115,13 @@ fn a_click_on_a_lamp_shows_it_alone_and_with_ctrl_beside_others() {
     click(&mut window, places[1], Modifiers::NONE);
     assert_eq!(window.state().state().solo, [3]);
     click(&mut window, places[1], Modifiers::NONE);
-    assert!(
-        window.state().state().solo.is_empty(),
-        "the second click ends it"
-    );
+    assert!(window.state().state().solo.is_empty(), "the second click ends it");
     click(&mut window, places[0], Modifiers::NONE);
     window.get_by_label("All lamps").click();
     window.run_steps(2);
     assert!(window.state().state().solo.is_empty());
     assert_eq!(
-        window
-            .state()
-            .review()
-            .sheet
-            .as_ref()
-            .unwrap()
-            .as_ref()
-            .unwrap()
-            .lamps
-            .len(),
+        window.state().review().sheet.as_ref().unwrap().as_ref().unwrap().lamps.len(),
         LAMPS
     );
 }
@@ -166,35 +144,20 @@ fn a_cell_is_found_looked_at_and_marked() {
     window.run_steps(3);
     let marks_of = |project: &Project| Marks::load(project).unwrap();
     let started = Instant::now();
-    while marks_of(&project)
-        .of("frame_005", "olat_10")
-        .is_none_or(|m| m.note.is_empty())
-    {
+    while marks_of(&project).of("frame_005", "olat_10").is_none_or(|m| m.note.is_empty()) {
         assert!(started.elapsed() < test_support::PATIENCE);
         window.step();
     }
     let kept = marks_of(&project);
     let marked = kept.of("frame_005", "olat_10").unwrap();
-    assert_eq!(
-        (marked.mark, marked.note.as_str()),
-        (Some(Mark::Bad), "the chin's shadow")
-    );
+    assert_eq!((marked.mark, marked.note.as_str()), (Some(Mark::Bad), "the chin's shadow"));
 
     // The other figures put other cells first.
     window.get_by_label("PSNR").click();
     window.run_steps(2);
     window.get_by_label("PSNR by lamp and frame");
-    let worst = window
-        .state()
-        .review()
-        .saved
-        .as_ref()
-        .unwrap()
-        .as_ref()
-        .unwrap()
-        .review
-        .clone()
-        .unwrap();
+    let worst =
+        window.state().review().saved.as_ref().unwrap().as_ref().unwrap().review.clone().unwrap();
     let (case, lamp) = worst.worst(Metric::Psnr)[0];
     let name = format!("{}, {}:", worst.cases[case].name, worst.lamps[lamp]);
     // It is further down than the pane shows.
@@ -240,11 +203,9 @@ fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
     };
     choose(&mut window);
     assert_eq!(window.state().state().active, Pane::Review);
-    for (key, mark) in [
-        (Key::Num1, Mark::Good),
-        (Key::Num2, Mark::Doubtful),
-        (Key::Num3, Mark::Bad),
-    ] {
+    for (key, mark) in
+        [(Key::Num1, Mark::Good), (Key::Num2, Mark::Doubtful), (Key::Num3, Mark::Bad)]
+    {
         window.key_press(key);
         until_marked(&mut window, &project, ("frame_005", "olat_10"), mark);
         let state = window.state().state();
@@ -296,15 +257,13 @@ fn the_strip_has_the_worst_first_and_leads_to_its_worst_lamp() {
     });
     let lefts: Vec<f32> = lefts.collect();
     assert!(lefts.windows(2).all(|pair| pair[0] < pair[1]), "{lefts:?}");
-    let pictures = order
-        .iter()
-        .map(|&(case, _)| match review.cases[case].case {
-            Case::Frame(frame) => Thumbnail::Frame(frame),
-            Case::Pose(pose) => {
-                let lamp = review.worst_lamp(Metric::Flip, case).unwrap();
-                Thumbnail::Olat { pose, lamp }
-            }
-        });
+    let pictures = order.iter().map(|&(case, _)| match review.cases[case].case {
+        Case::Frame(frame) => Thumbnail::Frame(frame),
+        Case::Pose(pose) => {
+            let lamp = review.worst_lamp(Metric::Flip, case).unwrap();
+            Thumbnail::Olat { pose, lamp }
+        }
+    });
     let pictures: Vec<Thumbnail> = pictures.collect();
     assert_eq!(window.state().footage().wanted(Pane::Review), pictures);
     for &(case, mean) in &order {
@@ -364,25 +323,17 @@ fn one_of_a_cell_s_pictures_is_shown_large_and_flipped() {
         window.run_steps(2);
         assert_eq!(drawn(&window), all[place..=place]);
     }
-    assert!(
-        !window.state().state().compare.on,
-        "the picture is not compared"
-    );
+    assert!(!window.state().state().compare.on, "the picture is not compared");
     window.key_press(Key::Escape);
     window.run_steps(2);
     assert_eq!(drawn(&window), all);
     click(&mut window, all[2]);
-    assert_eq!(
-        window.state().state().enlarged,
-        Some(CellPicture::Difference)
-    );
+    assert_eq!(window.state().state().enlarged, Some(CellPicture::Difference));
     click(&mut window, all[2]);
     assert_eq!(drawn(&window), all);
     // The gain is that of the viewer.
     let list = |window: &Window| {
-        window
-            .get_by_role_and_label(Role::ComboBox, "Difference gain")
-            .click();
+        window.get_by_role_and_label(Role::ComboBox, "Difference gain").click();
     };
     list(&window);
     window.run_steps(3);
@@ -408,9 +359,7 @@ fn what_changed_since_the_measurement_is_said_and_a_measurement_that_fails_too()
     window.get_by_label("Report…");
     window.get_by_label("Measure").click();
     window.run_steps(2);
-    until(&mut window, "end of the measurement", |app| {
-        app.status().message.is_some()
-    });
+    until(&mut window, "end of the measurement", |app| app.status().message.is_some());
     let said = window.state().status().message.clone().unwrap();
     assert!(said.contains("calibration.toml"), "{said}");
 }
@@ -486,9 +435,7 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
     let project = clay_project(folder.path());
     // Expected errors grow to the right.
     let side = afterlight::confidence::SIDE;
-    let errors: Vec<f64> = (0..side * side)
-        .map(|cell| 0.01 * (cell % side + 1) as f64)
-        .collect();
+    let errors: Vec<f64> = (0..side * side).map(|cell| 0.01 * (cell % side + 1) as f64).collect();
     let lamps = project.settings.shoot.lamps.len();
     let frame = |frame: usize| {
         let decibels = |lamp: usize| 30.0 - 0.1 * lamp as f64 - frame as f64;
@@ -511,16 +458,12 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
     let worst = frames - 1;
     let name = project.settings.shoot.lamps.last().unwrap();
     let decibels = 30.0 - 0.1 * (lamps - 1) as f64 - worst as f64;
-    window
-        .get_by_label(&format!("Frame {worst}, {name}: {decibels:.1} dB"))
-        .click();
+    window.get_by_label(&format!("Frame {worst}, {name}: {decibels:.1} dB")).click();
     until_shown(&mut window);
     assert_eq!(window.state().state().frame, worst);
     assert_eq!(window.state().state().solo, [lamps - 1]);
     window.get_by_label(&format!("Solo: {name} ×"));
-    window
-        .get_by_label("Show expected errors over the picture")
-        .click();
+    window.get_by_label("Show expected errors over the picture").click();
     window.run_steps(3);
     assert!(window.state().state().doubts);
     window.get_by_label("Errors ×");
@@ -537,10 +480,7 @@ fn poses_stand_in_the_strip_as_they_were_photographed_under_their_worst_lamps() 
             return None;
         };
         let lamp = review.worst_lamp(Metric::Flip, case)?;
-        Some((
-            Thumbnail::Olat { pose, lamp },
-            in_strip(&review, (case, mean)),
-        ))
+        Some((Thumbnail::Olat { pose, lamp }, in_strip(&review, (case, mean))))
     });
     let poses: Vec<(Thumbnail, String)> = poses.collect();
     assert!(!poses.is_empty());
@@ -561,11 +501,7 @@ fn poses_stand_in_the_strip_as_they_were_photographed_under_their_worst_lamps() 
     let colors =
         colors.map(|[x, y]| drawn.get_pixel(place.left() as u32 + x, place.top() as u32 + y));
     let colors: std::collections::BTreeSet<_> = colors.map(|color| color.0).collect();
-    assert!(
-        colors.len() > 20,
-        "a photograph, not {} colours",
-        colors.len()
-    );
+    assert!(colors.len() > 20, "a photograph, not {} colours", colors.len());
 }
 
 #[test]
@@ -589,11 +525,7 @@ fn a_verdict_is_taken_back_by_its_key_and_undone_while_the_light_stays() {
             marked.map_or((None, String::new()), |marked| (marked.mark, marked.note))
         };
         while on_disk() != (mark, note.to_owned()) {
-            assert!(
-                started.elapsed() < test_support::PATIENCE,
-                "{:?}",
-                on_disk()
-            );
+            assert!(started.elapsed() < test_support::PATIENCE, "{:?}", on_disk());
             std::thread::sleep(Duration::from_millis(5));
             window.step();
         }

@@ -40,11 +40,7 @@ fn nothing_moves_for_what_is_said_while_a_job_runs() {
     assert_eq!((places(&window), picture(&window)), (before.clone(), shown));
     window.get_by_label("Close").click();
     window.run_steps(2);
-    assert!(
-        window
-            .query_by_label_contains("saved as you work")
-            .is_none()
-    );
+    assert!(window.query_by_label_contains("saved as you work").is_none());
 
     // What was refused, where no picture is seen.
     enter(&mut window, 0);
@@ -71,19 +67,13 @@ fn nothing_moves_for_what_is_said_while_a_job_runs() {
     })
     .unwrap();
     until(&mut window, "the pause", |app| {
-        app.status()
-            .job
-            .as_ref()
-            .is_some_and(|job| job.held.is_some())
+        app.status().job.as_ref().is_some_and(|job| job.held.is_some())
     });
     window.get_by_label("cannot write live.bpk: the disk is full. Make room");
     assert_eq!((places(&window), picture(&window)), (before.clone(), shown));
     window.get_by_label("Resume").click();
     until(&mut window, "that it goes on", |app| {
-        app.status()
-            .job
-            .as_ref()
-            .is_some_and(|job| job.held.is_none())
+        app.status().job.as_ref().is_some_and(|job| job.held.is_none())
     });
     assert!(window.query_by_label_contains("cannot write").is_none());
 }
@@ -178,10 +168,7 @@ fn in_a_small_window_nothing_in_the_bars_overlaps_or_is_clipped() {
         });
         let bar: Vec<_> = bar.collect();
         for name in ["First: relit", "How to compare"] {
-            assert!(
-                bar.iter().any(|(known, _)| known == name),
-                "{name}: {bar:?}"
-            );
+            assert!(bar.iter().any(|(known, _)| known == name), "{name}: {bar:?}");
         }
         // They are within the pane, not only within the window.
         for (name, rect) in &bar {
@@ -217,12 +204,8 @@ fn one_hint_at_a_time_is_shown_over_the_panorama() {
         for y in [0.2, 0.5, 0.8] {
             window.event(Event::PointerMoved(panorama.lerp_inside(vec2(x, y))));
             window.run_steps(8);
-            let layers = window
-                .ctx
-                .memory(|memory| memory.areas().visible_layer_ids());
-            let hints = layers
-                .iter()
-                .filter(|layer| layer.order == egui::Order::Tooltip);
+            let layers = window.ctx.memory(|memory| memory.areas().visible_layer_ids());
+            let hints = layers.iter().filter(|layer| layer.order == egui::Order::Tooltip);
             let hints = hints.count();
             assert!(hints <= 1, "{hints} hints at {x}, {y}");
             shown += hints;
@@ -348,9 +331,7 @@ fn the_menu_at_the_project_s_name_leads_to_every_project() {
     let mut window = window(|ctx| StudioApp::over_as(ctx, preferences, clay, clay::source));
     until(&mut window, "first picture", |app| app.relit().is_some());
     let menu = |window: &mut Window, entry: &str| {
-        window
-            .get_by_role_and_label(Role::Button, "Project")
-            .click();
+        window.get_by_role_and_label(Role::Button, "Project").click();
         window.run_steps(3);
         until_labelled(window, entry);
         window.run_steps(2);
@@ -358,9 +339,7 @@ fn the_menu_at_the_project_s_name_leads_to_every_project() {
     // Its first frame stands beside its name.
     menu(&mut window, "virtual stage");
     window.get_by_label(&folder.path().display().to_string());
-    until(&mut window, "first frame", |app| {
-        app.recents().thumbnail(&film.root).is_some()
-    });
+    until(&mut window, "first frame", |app| app.recents().thumbnail(&film.root).is_some());
     let entry = window.get_by_label("virtual stage").rect();
     assert!(entry.width() > 100.0 && entry.height() > 30.0, "{entry:?}");
     window.key_press(Key::Escape);

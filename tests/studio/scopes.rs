@@ -79,9 +79,7 @@ fn another_picture_in_the_place_of_the_relit_one_is_counted_and_has_no_lamps() {
     let folder = crate::temporary();
     let mut window = bright(folder.path());
     window.event(Event::PointerMoved(MIDDLE));
-    until(&mut window, "the lamps of the pixel", |app| {
-        app.texel().is_some()
-    });
+    until(&mut window, "the lamps of the pixel", |app| app.texel().is_some());
     window.get_by_label("Light from each lamp");
     window.key_press(Key::Q);
     until_compared(&mut window);
@@ -150,8 +148,5 @@ fn each_channel_of_the_parade_reaches_from_its_darkest_code_to_its_brightest() {
         tops.push(top);
     }
     // Clay in a warm light.
-    assert!(
-        tops[0] + 5.0 < tops[1] && tops[1] + 5.0 < tops[2],
-        "{tops:?}"
-    );
+    assert!(tops[0] + 5.0 < tops[1] && tops[1] + 5.0 < tops[2], "{tops:?}");
 }

@@ -33,9 +33,7 @@ impl Hand {
             let key = |place: &Rect| (place.left() < 208.0, place.left());
             key(a).partial_cmp(&key(b)).unwrap()
         });
-        let at = place
-            .unwrap_or_else(|| panic!("{name} is not in sight: {places:?}"))
-            .center();
+        let at = place.unwrap_or_else(|| panic!("{name} is not in sight: {places:?}")).center();
         self.click_at(at);
     }
 
@@ -94,9 +92,7 @@ fn from_movies_to_a_relit_picture() {
     let mut hand = Hand::of(window(|ctx| StudioApp::new(ctx, None, DeviceChoice::Cpu)));
     hand.window.run();
     hand.drop(&filmed);
-    until(&mut hand.window, "look at the shoot", |app| {
-        app.wizard().scan().is_some()
-    });
+    until(&mut hand.window, "look at the shoot", |app| app.wizard().scan().is_some());
     hand.wait("Make project");
     let make = hand.window.get_by_label("Make project");
     let blocked = egui_kittest::kittest::NodeT::accesskit_node(&make).is_disabled();
@@ -105,9 +101,7 @@ fn from_movies_to_a_relit_picture() {
     hand.wait("Calibrate");
     hand.click("Calibrate");
     hand.click("Workspace Relight");
-    until(&mut hand.window, "first relit picture", |app| {
-        app.relit().is_some()
-    });
+    until(&mut hand.window, "first relit picture", |app| app.relit().is_some());
     hand.done("First relit picture from movies");
 }
 
@@ -131,10 +125,7 @@ fn a_clip_is_exported_as_prores() {
     hand.done("Export ProRes with sound");
     let made = std::fs::read_dir(root.join("exports")).unwrap();
     let is_movie = |path: &Path| path.extension().is_some_and(|e| e == "mov");
-    assert!(
-        made.map(|entry| entry.unwrap().path())
-            .any(|path| is_movie(&path))
-    );
+    assert!(made.map(|entry| entry.unwrap().path()).any(|path| is_movie(&path)));
 }
 
 #[test]
@@ -150,10 +141,7 @@ fn a_key_light_from_the_left_is_two_acts_away() {
     hand.drag(light.center(), to);
     until_shown(&mut hand.window);
     let placed = hand.window.state().state().look.lighting.placed[0].clone();
-    assert!(
-        (-150.0..-100.0).contains(&placed.yaw_deg) && placed.pitch_deg > 10.0,
-        "{placed:?}"
-    );
+    assert!((-150.0..-100.0).contains(&placed.yaw_deg) && placed.pitch_deg > 10.0, "{placed:?}");
     hand.done("Key light from the left");
 }
 
@@ -176,9 +164,7 @@ fn the_worst_lamp_is_found() {
     let folder = crate::temporary();
     let (project, window) = review::measured_window(folder.path());
     let mut hand = Hand::of(window);
-    let kept = afterlight::evaluation::review::Review::load(&project)
-        .unwrap()
-        .unwrap();
+    let kept = afterlight::evaluation::review::Review::load(&project).unwrap().unwrap();
     // From the workspace that the window opens in.
     hand.window.get_by_label("Workspace Relight").click();
     hand.window.run_steps(3);

@@ -107,10 +107,7 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     let cell = key(&window, "Yaw", 1001).x - key(&window, "Yaw", 1000).x;
     let from = key(&window, "Yaw", 1001);
     plain_drag(&mut window, from, from + vec2(2.0 * cell, 0.0));
-    assert_eq!(
-        frames(&window, Setting::Yaw),
-        [0.0, 1000.0, 1003.0, 1010.0, 2399.0]
-    );
+    assert_eq!(frames(&window, Setting::Yaw), [0.0, 1000.0, 1003.0, 1010.0, 2399.0]);
     until_shown(&mut window);
     window.event(Event::PointerMoved(from));
     window.run_steps(2);
@@ -138,13 +135,7 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     assert!((key(&window, "Yaw", 1000).x - was - 15.0).abs() < 1.0);
     let at = from + vec2(0.0, 0.0);
     let middle = PointerButton::Middle;
-    drag(
-        &mut window,
-        at,
-        at - vec2(15.0, 0.0),
-        middle,
-        Modifiers::NONE,
-    );
+    drag(&mut window, at, at - vec2(15.0, 0.0), middle, Modifiers::NONE);
     assert!((key(&window, "Yaw", 1000).x - was).abs() < 1.0);
     assert_eq!(window.state().state().frame, 1010, "it scrubs nothing");
     assert_eq!(frames(&window, Setting::Yaw)[1], 1000.0);
@@ -200,33 +191,20 @@ fn the_current_frame_stays_in_sight_while_the_clip_plays() {
     let mut window = long(folder.path());
     zoom(&mut window);
     let (_, last) = sight(&window).unwrap();
-    type_into(
-        &mut window,
-        (Role::SpinButton, "Frame"),
-        &(last - 1).to_string(),
-    );
+    type_into(&mut window, (Role::SpinButton, "Frame"), &(last - 1).to_string());
     assert_eq!(sight(&window).unwrap().1, last);
     window.key_press(Key::Space);
-    until(&mut window, "a frame that was out of sight", |app| {
-        app.state().frame > last + 1
-    });
+    until(&mut window, "a frame that was out of sight", |app| app.state().frame > last + 1);
     assert!(window.state().state().playing);
     let frame = window.state().state().frame;
     let (first, last) = sight(&window).unwrap();
-    assert!(
-        (first..=last).contains(&frame),
-        "{frame}: {first} to {last}"
-    );
+    assert!((first..=last).contains(&frame), "{frame}: {first} to {last}");
 }
 
 /// A window on eight frames with keys in two lanes.
 fn animated(folder: &Path) -> Window {
     let (yaw, tint) = (lane("yaw", &[0, 3, 7]), lane("tint", &[1, 5]));
-    looking(
-        folder,
-        clay::FRAMES,
-        &format!("{{\"keys\": {{{yaw}, {tint}}}}}"),
-    )
+    looking(folder, clay::FRAMES, &format!("{{\"keys\": {{{yaw}, {tint}}}}}"))
 }
 
 #[test]
@@ -363,10 +341,7 @@ fn a_menu_cuts_and_pastes_and_a_double_click_sets_a_key() {
     window.get_by_label("Curve of Tint").click();
     window.run_steps(3);
     let [one, five] = [1, 5].map(|frame| key(&window, "Tint", frame));
-    double_click(
-        &mut window,
-        Pos2::new(0.5 * (one.x + five.x), five.y.min(one.y) + 2.0),
-    );
+    double_click(&mut window, Pos2::new(0.5 * (one.x + five.x), five.y.min(one.y) + 2.0));
     assert_eq!(frames(&window, Setting::Tint), [1.0, 3.0, 5.0]);
     let curve = window.state().state().look.keys(Setting::Tint).clone();
     assert_eq!(curve.at(3.0), before.at(3.0));
@@ -515,14 +490,8 @@ fn the_line_below_the_scrub_bar_covers_the_frames_that_are_cached() {
         let lines = cached(window);
         for frame in 0..clay::FRAMES {
             let x = middle(window, frame);
-            let covered = lines
-                .iter()
-                .any(|[left, right]| (*left..*right).contains(&x));
-            assert_eq!(
-                covered,
-                expected.contains(&frame),
-                "frame {frame}: {lines:?}"
-            );
+            let covered = lines.iter().any(|[left, right]| (*left..*right).contains(&x));
+            assert_eq!(covered, expected.contains(&frame), "frame {frame}: {lines:?}");
         }
     };
     until(&mut window, "the first frame", |app| at_hand(app, &[0]));
@@ -551,17 +520,8 @@ fn shift_in_the_curve_keeps_the_frame_and_drags_one_key_alone() {
     let before = [0.0, 3.0, 7.0].map(|frame| value(&window, frame));
     let at = key(&window, "Yaw", 3);
     let to = at + vec2(30.0, 24.0);
-    drag(
-        &mut window,
-        at,
-        to,
-        PointerButton::Primary,
-        Modifiers::SHIFT,
-    );
+    drag(&mut window, at, to, PointerButton::Primary, Modifiers::SHIFT);
     assert_eq!(frames(&window, Setting::Yaw), [0.0, 3.0, 7.0]);
     assert!(value(&window, 3.0) < before[1]);
-    assert_eq!(
-        [0.0, 7.0].map(|frame| value(&window, frame)),
-        [before[0], before[2]]
-    );
+    assert_eq!([0.0, 7.0].map(|frame| value(&window, frame)), [before[0], before[2]]);
 }

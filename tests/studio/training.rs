@@ -65,9 +65,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     let opened = project.clone();
     let mut window = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
-    until(&mut window, "what is on disk", |app| {
-        app.training().records.is_some()
-    });
+    until(&mut window, "what is on disk", |app| app.training().records.is_some());
     window.get_by_label("Not trained yet");
     // What it will take and show, over the interview's frame.
     window.get_by_label("10 min. Stop or pause at any time");
@@ -77,9 +75,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     until(&mut window, "frame behind the preview", |app| {
         matches!(app.footage().picture(), Some(Ok(_)))
     });
-    window
-        .get_by_role_and_label(Role::ComboBox, "Hold out")
-        .click();
+    window.get_by_role_and_label(Role::ComboBox, "Hold out").click();
     window.run_steps(4);
     window.get_by_label("pose01").click();
     window.run_steps(2);
@@ -100,10 +96,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
 
     window.get_by_label("Pause").click();
     until(&mut window, "pause", |app| {
-        app.status()
-            .log
-            .iter()
-            .any(|line| line.sentence.starts_with("Paused after step"))
+        app.status().log.iter().any(|line| line.sentence.starts_with("Paused after step"))
     });
     let paused = window.state().training().point.clone().unwrap().losses.step;
     window.run_steps(40);
@@ -116,12 +109,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     let first = step_on_disk(&project);
     assert!(first >= paused + 2);
     let records = window.state().training().records.clone().unwrap();
-    assert!(
-        records
-            .kept
-            .iter()
-            .any(|kept| kept.present && kept.info.step == first)
-    );
+    assert!(records.kept.iter().any(|kept| kept.present && kept.info.step == first));
     let judged = records.present.as_ref().unwrap().held_out.unwrap();
     assert_eq!(judged.pose, 1);
 
@@ -135,9 +123,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     assert!(points.windows(2).all(|pair| pair[0].step < pair[1].step));
     assert_eq!(points.last().unwrap().step, second);
 
-    window
-        .get_by_label(&format!("Go back to step {first}"))
-        .click();
+    window.get_by_label(&format!("Go back to step {first}")).click();
     // What the last job said stands until the next one begins.
     until(&mut window, "way back", |_| step_on_disk(&project) == first);
     until_over(&mut window);
@@ -183,11 +169,7 @@ pub fn trained_project(folder: &Path, steps: u64) -> Project {
             scale: 1.0,
             training_frames: vec![0],
             network: shape.clone(),
-            held_out: Some(HeldOut {
-                pose: 0,
-                step,
-                decibels: decibels(step),
-            }),
+            held_out: Some(HeldOut { pose: 0, step, decibels: decibels(step) }),
         };
         let state = TrainingState {
             average_weights: None,
@@ -270,11 +252,7 @@ fn pictures() -> TrainingPictures {
         let turn = (i / SIDE / SIDE) as f32;
         let light = 0.6 + (x * turn.cos() + y * turn.sin()) / 60.0;
         let inside = x.hypot(y) < 26.0;
-        let value = if inside {
-            220.0 * light.clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let value = if inside { 220.0 * light.clamp(0.0, 1.0) } else { 0.0 };
         truth.extend([value as u8, (0.9 * value) as u8, (0.8 * value) as u8]);
     }
     TrainingPictures {
@@ -313,9 +291,7 @@ fn a_window_in_which_a_network_trains_looks_as_it_did() {
     snapshot(&mut window, "studio_training_filled");
     window.key_press(Key::P);
     drop(job);
-    until(&mut window, "end of the job", |app| {
-        app.status().job.is_none()
-    });
+    until(&mut window, "end of the job", |app| app.status().job.is_none());
     window.run_steps(2);
     window.get_by_label(TRAINED);
     window.get_by_label("Resume");
@@ -325,9 +301,7 @@ fn a_window_in_which_a_network_trains_looks_as_it_did() {
 fn a_training_that_nobody_touches_asks_for_no_frame() {
     let folder = crate::temporary();
     let mut window = trained(folder.path(), 400);
-    until(&mut window, "panoramas", |app| {
-        app.environments().iter().all(|e| e.panorama.is_done())
-    });
+    until(&mut window, "panoramas", |app| app.environments().iter().all(|e| e.panorama.is_done()));
     window.run();
     for _ in 0..5 {
         std::thread::sleep(std::time::Duration::from_millis(50));
@@ -349,9 +323,7 @@ fn an_empty_training_says_what_it_needs_and_offers_it() {
     });
     window.get_by_label("Calibrate");
     // This shoot has no frames on the disk: nothing stands behind the question.
-    until(&mut window, "look at the interview", |app| {
-        app.footage().picture().is_some()
-    });
+    until(&mut window, "look at the interview", |app| app.footage().picture().is_some());
     until_shown(&mut window);
     snapshot(&mut window, "studio_training_empty");
 }
@@ -371,13 +343,7 @@ fn a_training_that_cannot_be_read_says_why() {
     });
     window.get_by_label("The training cannot be read");
     let sentence = window.state().training().records.clone().unwrap();
-    assert!(
-        sentence
-            .failure
-            .as_ref()
-            .unwrap()
-            .contains("checkpoint.toml")
-    );
+    assert!(sentence.failure.as_ref().unwrap().contains("checkpoint.toml"));
     // The folder's name is another each time.
     let sentence = window.get_by_label_contains("checkpoint.toml").rect();
     let pane = Rect::from_x_y_ranges(12.0..=575.0, sentence.y_range());

@@ -36,10 +36,7 @@ fn an_angle_beyond_a_turn_reads_as_an_angle_and_turns_and_can_be_typed() {
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     type_number(&mut window, "Yaw", "442");
-    assert_eq!(
-        (yaw(&window), reads(&window, "Yaw")),
-        (82.0, "82.0°".into())
-    );
+    assert_eq!((yaw(&window), reads(&window, "Yaw")), (82.0, "82.0°".into()));
     // With keys it goes around once, and further.
     window.key_press(Key::K);
     window.run_steps(2);
@@ -56,10 +53,7 @@ fn an_angle_beyond_a_turn_reads_as_an_angle_and_turns_and_can_be_typed() {
     type_number(&mut window, "Yaw", &said);
     assert_eq!(yaw(&window), 802.0);
     type_number(&mut window, "Yaw", "-90");
-    assert_eq!(
-        (yaw(&window), reads(&window, "Yaw")),
-        (-90.0, "-90.0°".into())
-    );
+    assert_eq!((yaw(&window), reads(&window, "Yaw")), (-90.0, "-90.0°".into()));
     // Without keys there are no turns.
     type_number(&mut window, "Yaw", "442");
     go(&mut window, Key::Home, 0);
@@ -81,15 +75,9 @@ fn a_placed_light_that_goes_on_turning_never_reads_190_degrees() {
     until_shown(&mut window);
     type_number(&mut window, "Azimuth", "190");
     let azimuth = |window: &Window| window.state().state().look.lighting.placed[0].yaw_deg;
-    assert_eq!(
-        azimuth(&window),
-        -170.0,
-        "a typed angle comes within a turn"
-    );
+    assert_eq!(azimuth(&window), -170.0, "a typed angle comes within a turn");
     type_number(&mut window, "Azimuth", "170");
-    window
-        .get_by_label("Light 1 azimuth key at this frame")
-        .click();
+    window.get_by_label("Light 1 azimuth key at this frame").click();
     window.run_steps(3);
     go(&mut window, Key::End, clay::FRAMES - 1);
     type_number(&mut window, "Azimuth", "-170");

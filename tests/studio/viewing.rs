@@ -148,9 +148,7 @@ fn menu(window: &mut Window, entry: &str) {
 pub fn look_through_view(window: &mut Window) {
     menu(window, VIEW);
     window.get_by_label(VIEW).click();
-    until(window, "table of the view", |app| {
-        app.state().viewing.through.is_some()
-    });
+    until(window, "table of the view", |app| app.state().viewing.through.is_some());
     until_shown(window);
 }
 
@@ -181,10 +179,7 @@ fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
     let exact = view.encoded(relit.linear.as_ref().unwrap()).0;
     let exact = exact.pixels.iter().flatten().map(|code| code * 255.0);
     let seen = picture(&window);
-    let off: Vec<f32> = exact
-        .zip(&seen)
-        .map(|(a, b)| (a - f32::from(*b)).abs())
-        .collect();
+    let off: Vec<f32> = exact.zip(&seen).map(|(a, b)| (a - f32::from(*b)).abs()).collect();
     let near = off.iter().filter(|off| **off < 1.5).count();
     // Half a step of 8 bits, another of the dither, and the table.
     assert!(near * 100 >= off.len() * 99, "{near} of {}", off.len());
@@ -274,13 +269,7 @@ fn scopes_have_a_scale_count_what_clips_and_fill_the_pane() {
     until_shown(&mut window);
     let counts = |window: &Window, code: u8| {
         let rgb = picture(window);
-        [0, 1, 2].map(|c| {
-            rgb.iter()
-                .skip(c)
-                .step_by(3)
-                .filter(|&&v| v == code)
-                .count()
-        })
+        [0, 1, 2].map(|c| rgb.iter().skip(c).step_by(3).filter(|&&v| v == code).count())
     };
     let [r, g, b] = counts(&window, 255);
     window.get_by_label(&format!("Clipped white: R {r}, G {g}, B {b} pixels"));
@@ -324,9 +313,7 @@ fn a_clip_plays_around_its_range_or_stops_at_its_end() {
     let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
-    until(&mut window, "the first picture", |app| {
-        app.relit().is_some()
-    });
+    until(&mut window, "the first picture", |app| app.relit().is_some());
     for key in [Key::I, Key::ArrowRight, Key::ArrowRight, Key::O, Key::Home] {
         window.key_press(key);
         window.run_steps(3);
@@ -336,9 +323,7 @@ fn a_clip_plays_around_its_range_or_stops_at_its_end() {
     assert!(!window.state().state().loops);
     window.key_press(Key::Space);
     until(&mut window, "playing", |app| app.state().playing);
-    until(&mut window, "the end of the range", |app| {
-        !app.state().playing
-    });
+    until(&mut window, "the end of the range", |app| !app.state().playing);
     assert_eq!(window.state().state().frame, 2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::L);
     window.run_steps(4);

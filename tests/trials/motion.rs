@@ -81,9 +81,8 @@ fn face(pose: &PoseMotion, order: &[String], lamps: &[&str], size: usize) -> Way
     let at = |lamp: &&str| {
         let place = order.iter().position(|name| name == lamp);
         let shift = place.and_then(|place| pose.shifts.get(place));
-        shift.map_or([0.0; 2], |s| {
-            [0, 1].map(|axis| size as f64 * f64::from(s[axis] + s[axis + 2]))
-        })
+        shift
+            .map_or([0.0; 2], |s| [0, 1].map(|axis| size as f64 * f64::from(s[axis] + s[axis + 2])))
     };
     lamps.iter().map(at).collect()
 }
@@ -92,9 +91,7 @@ fn face(pose: &PoseMotion, order: &[String], lamps: &[&str], size: usize) -> Way
 pub fn section(rows: &[&Row]) -> String {
     let of = |belongs: fn(&Row) -> bool| -> Vec<&MotionColumns> {
         let rows = rows.iter().copied().filter(|row| belongs(row));
-        (rows.map(|row| &row.motion))
-            .filter(|m| m.poses > 0)
-            .collect()
+        (rows.map(|row| &row.motion)).filter(|m| m.poses > 0).collect()
     };
     let (swaying, still) = (of(|row| row.sway > 0.0), of(|row| row.sway == 0.0));
     if swaying.is_empty() && still.is_empty() {

@@ -75,10 +75,7 @@ impl Training<'_> {
     pub fn run(&self, seed: u64) -> Result<Vec<Pair>> {
         let folder = trial::temporary_folder()?;
         let (shoot, found) = (folder.path().join("shoot"), folder.path().join("found"));
-        let settings = StageSettings {
-            frames: FRAMES,
-            ..trial::settings(seed, self.size)
-        };
+        let settings = StageSettings { frames: FRAMES, ..trial::settings(seed, self.size) };
         write_shoot(&shoot, &settings, &Progress::silent())?;
         let truth = trial::json(&shoot.join("truth.json"))?;
         let [found, limit] = [
@@ -124,14 +121,7 @@ impl Training<'_> {
         self.program(&["import", &project, "--shoot", &shoot, "--size", &size])?;
         let by_hand = response.map_or(vec![], |response| vec!["--gamma", response]);
         self.program(&[&["calibrate", &project], &by_hand[..]].concat())?;
-        self.program(&[
-            "train",
-            &project,
-            "--epochs",
-            &epochs,
-            "--exclude-truth",
-            &shoot,
-        ])?;
+        self.program(&["train", &project, "--epochs", &epochs, "--exclude-truth", &shoot])?;
         self.program(&["evaluate", &project, "--truth", &shoot])
     }
 
@@ -144,12 +134,7 @@ impl Training<'_> {
             .stderr(Stdio::piped())
             .output()
             .map_err(|e| {
-                Error::io(
-                    "run",
-                    self.program,
-                    e,
-                    "Build the program first: cargo build",
-                )
+                Error::io("run", self.program, e, "Build the program first: cargo build")
             })?;
         if !output.status.success() {
             let said = String::from_utf8_lossy(&output.stderr);
@@ -174,11 +159,7 @@ fn response(truth: &Value) -> String {
     let exposure = trouble["exposure_change"].as_f64().unwrap_or(1.0);
     match trouble["response"]["curve"].as_str() {
         Some(curve) if curve != "dual" => format!("{curve},{exposure}"),
-        _ => format!(
-            "{},{},{exposure}",
-            number(&truth["g1"]),
-            number(&truth["g2"])
-        ),
+        _ => format!("{},{},{exposure}", number(&truth["g1"]), number(&truth["g2"])),
     }
 }
 

@@ -21,16 +21,10 @@ const GREY: &str = "#999";
 /// When a file cannot be written.
 pub fn write(path: &Path, rows: &[Row], pairs: &[Pair]) -> Result<()> {
     let folder = path.with_extension("");
-    let name = folder
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
+    let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let calibrated: Vec<&Row> = rows.iter().filter(|row| row.refused.is_empty()).collect();
     for (plot, svg) in plots(&calibrated) {
-        write_beside(&folder.join(format!("{plot}.svg")), |out| {
-            out.write_all(svg.as_bytes())
-        })?;
+        write_beside(&folder.join(format!("{plot}.svg")), |out| out.write_all(svg.as_bytes()))?;
     }
     let text = text(&name, rows, &calibrated)
         + &groups(&calibrated)
@@ -49,39 +43,20 @@ fn exposures(rows: &[&Row]) -> Vec<Estimate> {
 }
 
 fn share(name: &str) -> Axis<'_> {
-    Axis {
-        name,
-        from: 0.0,
-        to: 1.0,
-        tick: 0.25,
-    }
+    Axis { name, from: 0.0, to: 1.0, tick: 0.25 }
 }
 
 /// An empty plot of which share of values lies below each; the values' axis by its name, its end and its ticks.
 fn shares_below<'a>(title: &'a str, values: (&'a str, f64, f64), shares: &'a str) -> Plot<'a> {
     let (name, to, tick) = values;
-    let values = Axis {
-        name,
-        from: 0.0,
-        to,
-        tick,
-    };
+    let values = Axis { name, from: 0.0, to, tick };
     Plot::new(title, values, share(shares))
 }
 
 /// The plots by the names of their files.
 fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
-    let gamma_axis = |name| Axis {
-        name,
-        from: 1.0,
-        to: 4.0,
-        tick: 0.5,
-    };
-    let mut gamma = Plot::new(
-        "γ found and true",
-        gamma_axis("true"),
-        gamma_axis("found ± σ"),
-    );
+    let gamma_axis = |name| Axis { name, from: 1.0, to: 4.0, tick: 0.5 };
+    let mut gamma = Plot::new("γ found and true", gamma_axis("true"), gamma_axis("found ± σ"));
     gamma.line([(1.0, 1.0), (4.0, 4.0)], GREY, true);
     for row in rows {
         gamma.point(row.gamma1, row.found1, row.deviation1, BLUE);
@@ -90,38 +65,26 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
     gamma.name("γ1", BLUE);
     gamma.name("γ2", ORANGE);
 
-    let mut covered = Plot::new(
-        "How often the truth is inside",
-        share("what is stated"),
-        share("what holds"),
-    );
+    let mut covered =
+        Plot::new("How often the truth is inside", share("what is stated"), share("what holds"));
     covered.line([(0.0, 0.0), (1.0, 1.0)], GREY, true);
     let both = [0, 1].map(|i| rows.iter().map(|row| gammas(row)[i]).collect::<Vec<_>>());
-    for (estimates, name, colour) in [
-        (&both[0], "γ1", BLUE),
-        (&both[1], "γ2", ORANGE),
-        (&exposures(rows), "exposure", GREEN),
-    ] {
+    for (estimates, name, colour) in
+        [(&both[0], "γ1", BLUE), (&both[1], "γ2", ORANGE), (&exposures(rows), "exposure", GREEN)]
+    {
         if !estimates.iter().any(|e| e.within > 0.0) {
             continue;
         }
         let levels = LEVELS.map(|level| (level, coverage(estimates, level)));
-        covered.line(
-            [(0.0, 0.0)].into_iter().chain(levels).chain([(1.0, 1.0)]),
-            colour,
-            false,
-        );
+        covered.line([(0.0, 0.0)].into_iter().chain(levels).chain([(1.0, 1.0)]), colour, false);
         for (level, share) in levels {
             covered.point(level, share, 0.0, colour);
         }
         covered.name(name, colour);
     }
 
-    let mut errors = shares_below(
-        "Error of γ and of ln exposure",
-        ("error", 0.5, 0.1),
-        "share of values below",
-    );
+    let mut errors =
+        shares_below("Error of γ and of ln exposure", ("error", 0.5, 0.1), "share of values below");
     errors.distribution(all_gammas(rows).iter().map(|e| e.off.abs()), BLUE);
     errors.distribution(exposures(rows).iter().map(|e| e.off.abs()), GREEN);
     errors.name("γ", BLUE);
@@ -161,12 +124,8 @@ type Belongs = fn(&Row) -> bool;
 /// Groups of shoots that have something in common, the first being all.
 const GROUPS: &[(&str, Belongs)] = &[
     ("all", |_| true),
-    ("a sum of the lamps", |r| {
-        r.light == "banks" && r.ambient == 0.0
-    }),
-    ("lamps and the room", |r| {
-        r.light == "banks" && r.ambient > 0.0
-    }),
+    ("a sum of the lamps", |r| r.light == "banks" && r.ambient == 0.0),
+    ("lamps and the room", |r| r.light == "banks" && r.ambient > 0.0),
     ("bare lamps elsewhere", |r| r.light == "lamps"),
     ("a window", |r| r.light == "window"),
     ("softboxes", |r| r.light == "softboxes"),
@@ -177,9 +136,7 @@ const GROUPS: &[(&str, Belongs)] = &[
     ("log-like", |r| r.response == "log"),
     ("balls not clipped", |r| r.ball_exposure <= 1.0),
     ("balls clipped", |r| r.ball_exposure > 1.0),
-    ("clean ball in a dark room", |r| {
-        r.dust == 0.0 && r.room == 0.0
-    }),
+    ("clean ball in a dark room", |r| r.dust == 0.0 && r.room == 0.0),
     ("dust or a bright room", |r| r.dust > 0.0 || r.room > 0.0),
     ("the subject sways", |r| r.sway > 0.0),
     ("light skin", |r| r.skin < 1.0 / 3.0),
@@ -197,10 +154,7 @@ fn text(name: &str, trials: &[Row], rows: &[&Row]) -> String {
     let named = rows.iter().filter(|row| row.within1 == 0.0).count();
     let of =
         |value: fn(&Row) -> f64, share: f64| quantile(rows.iter().map(|row| value(row)), share);
-    let seconds: f64 = trials
-        .iter()
-        .map(|row| row.seconds + row.shoot_seconds)
-        .sum();
+    let seconds: f64 = trials.iter().map(|row| row.seconds + row.shoot_seconds).sum();
     format!(
         "# Robustness: calibration on shoots drawn at random
 

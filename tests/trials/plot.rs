@@ -31,13 +31,7 @@ pub struct Plot<'a> {
 
 impl<'a> Plot<'a> {
     pub fn new(title: &'a str, x: Axis<'a>, y: Axis<'a>) -> Self {
-        Self {
-            x,
-            y,
-            body: String::new(),
-            legend: vec![],
-            title,
-        }
+        Self { x, y, body: String::new(), legend: vec![], title }
     }
 
     /// The place of a value, kept within the frame.
@@ -67,11 +61,7 @@ impl<'a> Plot<'a> {
             .map(|(x, y)| self.place(x, y))
             .map(|(x, y)| format!("{x:.1},{y:.1}"))
             .collect();
-        let dash = if dashed {
-            r#" stroke-dasharray="4 3""#
-        } else {
-            ""
-        };
+        let dash = if dashed { r#" stroke-dasharray="4 3""# } else { "" };
         // Writing to a String cannot fail.
         let _ = writeln!(
             self.body,

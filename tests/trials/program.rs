@@ -110,11 +110,8 @@ fn calibrations(options: &Options) -> Result<Vec<Row>> {
 fn pairs(options: &Options) -> Result<Vec<Pair>> {
     let path = options.tables.join("networks.csv");
     let mut pairs: Vec<Pair> = kept(options, &path)?;
-    let training = Training {
-        program: &options.program,
-        size: options.size,
-        epochs: options.epochs,
-    };
+    let training =
+        Training { program: &options.program, size: options.size, epochs: options.epochs };
     let is_made = |pairs: &[Pair], seed| {
         let wanted = (seed, training.size, training.epochs);
         pairs.iter().any(|p| (p.seed, p.size, p.epochs) == wanted)

@@ -25,11 +25,7 @@ impl Estimate {
         if self.deviation > 0.0 {
             return (self.off / self.deviation).abs();
         }
-        if self.off.abs() <= EXACT {
-            0.0
-        } else {
-            f64::INFINITY
-        }
+        if self.off.abs() <= EXACT { 0.0 } else { f64::INFINITY }
     }
 
     /// Whether the truth is beyond five stated deviations.
@@ -41,16 +37,8 @@ impl Estimate {
 /// γ1 and γ2 of a trial.
 pub fn gammas(row: &Row) -> [Estimate; 2] {
     [
-        Estimate {
-            off: row.found1 - row.gamma1,
-            deviation: row.deviation1,
-            within: row.within1,
-        },
-        Estimate {
-            off: row.found2 - row.gamma2,
-            deviation: row.deviation2,
-            within: row.within2,
-        },
+        Estimate { off: row.found1 - row.gamma1, deviation: row.deviation1, within: row.within1 },
+        Estimate { off: row.found2 - row.gamma2, deviation: row.deviation2, within: row.within2 },
     ]
 }
 
@@ -65,9 +53,7 @@ pub fn exposure(row: &Row) -> Estimate {
 
 /// Share of the estimates with intervals whose truth lies within that of `level`, one of [`LEVELS`]; NaN of none.
 pub fn coverage(estimates: &[Estimate], level: f64) -> f64 {
-    let stated: Vec<f64> = (estimates.iter().map(|e| e.within))
-        .filter(|w| *w > 0.0)
-        .collect();
+    let stated: Vec<f64> = (estimates.iter().map(|e| e.within)).filter(|w| *w > 0.0).collect();
     stated.iter().filter(|within| **within <= level).count() as f64 / stated.len() as f64
 }
 

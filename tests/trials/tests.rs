@@ -34,10 +34,8 @@ fn the_table_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("deep/results.csv");
     assert_eq!(table::read::<Row>(&path).unwrap(), []);
-    let refused = Row {
-        refused: "the balls show nothing, not even a rim".into(),
-        ..Row::default()
-    };
+    let refused =
+        Row { refused: "the balls show nothing, not even a rim".into(), ..Row::default() };
     let rows = [row(1), row(3), refused];
     table::write(&path, &rows).unwrap();
     let read: Vec<Row> = table::read(&path).unwrap();
@@ -45,10 +43,7 @@ fn the_table_goes_on_where_it_was() {
     assert_eq!(read[2].refused, "the balls show nothing; not even a rim");
     std::fs::write(&path, "seed,size\n1,many\n").unwrap();
     let error = table::read::<Row>(&path).unwrap_err().to_string();
-    assert!(
-        error.contains("results.csv") && error.contains("--fresh"),
-        "{error}"
-    );
+    assert!(error.contains("results.csv") && error.contains("--fresh"), "{error}");
 }
 
 #[test]
@@ -56,24 +51,11 @@ fn coverage_counts_what_was_stated() {
     let [first, second] = gammas(&row(1));
     assert!(!first.is_sure_and_wrong() && second.is_sure_and_wrong());
     assert!((exposure(&row(1)).off - 1.02f64.ln()).abs() < 1e-12);
-    assert_eq!(
-        LEVELS.map(|level| coverage(&[first, second], level)),
-        [0.5; 3]
-    );
-    let nine = Estimate {
-        within: 0.9,
-        ..first
-    };
-    assert_eq!(
-        LEVELS.map(|level| coverage(&[nine], level)),
-        [0.0, 1.0, 1.0]
-    );
+    assert_eq!(LEVELS.map(|level| coverage(&[first, second], level)), [0.5; 3]);
+    let nine = Estimate { within: 0.9, ..first };
+    assert_eq!(LEVELS.map(|level| coverage(&[nine], level)), [0.0, 1.0, 1.0]);
     // A result without a deviation states that it is exact, and no interval.
-    let exact = |off| Estimate {
-        off,
-        deviation: 0.0,
-        within: 0.0,
-    };
+    let exact = |off| Estimate { off, deviation: 0.0, within: 0.0 };
     assert!(exact(0.02).is_sure_and_wrong() && !exact(0.005).is_sure_and_wrong());
     assert_eq!(coverage(&[nine, exact(0.02)], 0.9), 1.0);
     assert_eq!(quantile([3.0, 1.0, 2.0], 0.5), 2.0);
@@ -83,13 +65,8 @@ fn coverage_counts_what_was_stated() {
 fn the_page_says_what_was_sure_and_wrong() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("robustness.md");
-    let pair = Pair {
-        seed: 1,
-        environment: "nave".into(),
-        found: 29.5,
-        exact: 30.0,
-        ..Pair::default()
-    };
+    let pair =
+        Pair { seed: 1, environment: "nave".into(), found: 29.5, exact: 30.0, ..Pair::default() };
     page::write(&path, &[row(1), row(2)], &[pair]).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     assert!(!text.contains("The subject's motion"), "{text}");
@@ -150,17 +127,10 @@ fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
         assert!((is - expected).abs() < 1e-6, "{columns:?}");
     }
     let still = MotionColumns::of(&found(poses), &serde_json::json!([]), &names, 50);
-    assert_eq!(
-        (still.false_alarms, still.moving, still.within_two),
-        (1, 0, 1)
-    );
+    assert_eq!((still.false_alarms, still.moving, still.within_two), (1, 0, 1));
     assert!(still.moved_px == 0.0 && still.left_px > 0.5);
 
-    let rows = [(1.0, columns), (0.0, still)].map(|(sway, motion)| Row {
-        sway,
-        motion,
-        ..row(1)
-    });
+    let rows = [(1.0, columns), (0.0, still)].map(|(sway, motion)| Row { sway, motion, ..row(1) });
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("robustness.md");
     page::write(&path, &rows, &[]).unwrap();
@@ -185,15 +155,10 @@ fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
 
 #[test]
 fn a_trial_is_the_same_each_time() {
-    let without_times = |row: Row| Row {
-        seconds: 0.0,
-        shoot_seconds: 0.0,
-        ..row
-    };
+    let without_times = |row: Row| Row { seconds: 0.0, shoot_seconds: 0.0, ..row };
     let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
-    let [first, second] = folders
-        .each_ref()
-        .map(|shoots| without_times(trial::run(2, 32, shoots.path()).unwrap()));
+    let [first, second] =
+        folders.each_ref().map(|shoots| without_times(trial::run(2, 32, shoots.path()).unwrap()));
     assert_eq!(first, second);
     assert!(first.refused.is_empty(), "{first}");
     // A shoot that is there is calibrated again.

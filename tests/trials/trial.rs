@@ -29,10 +29,7 @@ pub fn settings(seed: u64, size: usize) -> StageSettings {
         seed,
         // From 9 to 24, in an order without a pattern (a multiplicative hash after Knuth).
         lamps: 9 + (seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 60) as usize,
-        trouble: TroubleSettings {
-            trouble: true,
-            ..TroubleSettings::NONE
-        },
+        trouble: TroubleSettings { trouble: true, ..TroubleSettings::NONE },
         ..StageSettings::default()
     }
 }
@@ -55,13 +52,7 @@ pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
     }
     let shoot_seconds = start.elapsed().as_secs_f64();
     let truth = Truth::read(&shoot, size)?;
-    let row = Row {
-        seed,
-        size,
-        lamps: settings.lamps,
-        shoot_seconds,
-        ..truth.row()
-    };
+    let row = Row { seed, size, lamps: settings.lamps, shoot_seconds, ..truth.row() };
     let folder = temporary_folder()?;
     let project = folder.path().join("project");
     let import = ImportSettings { size, seed };
@@ -73,11 +64,7 @@ pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
     let seconds = start.elapsed().as_secs_f64();
     Ok(match calibrated {
         Ok(found) => truth.compare(&found, Row { seconds, ..row }),
-        Err(error) => Row {
-            refused: error.to_string(),
-            seconds,
-            ..row
-        },
+        Err(error) => Row { refused: error.to_string(), seconds, ..row },
     })
 }
 
@@ -99,14 +86,8 @@ pub fn remove(folder: &Path) -> Result<()> {
 /// # Errors
 /// When it cannot be made.
 pub fn temporary_folder() -> Result<TempDir> {
-    tempfile::tempdir().map_err(|e| {
-        Error::io(
-            "make",
-            Path::new("a temporary folder"),
-            e,
-            "Make room on the disk",
-        )
-    })
+    tempfile::tempdir()
+        .map_err(|e| Error::io("make", Path::new("a temporary folder"), e, "Make room on the disk"))
 }
 
 /// Reads a file of JSON.
@@ -132,10 +113,8 @@ struct Truth {
 
 impl Truth {
     fn read(shoot: &Path, size: usize) -> Result<Self> {
-        let (facts, manifest) = (
-            json(&shoot.join("truth.json"))?,
-            json(&shoot.join("manifest.json"))?,
-        );
+        let (facts, manifest) =
+            (json(&shoot.join("truth.json"))?, json(&shoot.join("manifest.json"))?);
         let directions: Vec<Vec3> = list(&manifest["bank_directions"])
             .map(|d| Vec3::from(numbers(d).map(|v| v as f32)))
             .collect();
@@ -157,9 +136,7 @@ impl Truth {
             directions,
             olats,
             interview: scaled(interview, "exposure_interview"),
-            covered: (0..size * size)
-                .filter(|&i| mask.pixels[i] > 0.98)
-                .collect(),
+            covered: (0..size * size).filter(|&i| mask.pixels[i] > 0.98).collect(),
             facts,
         })
     }
@@ -175,10 +152,7 @@ impl Truth {
             _ => "dual",
         };
         Row {
-            light: trouble["interview_light"]
-                .as_str()
-                .unwrap_or_default()
-                .to_owned(),
+            light: trouble["interview_light"].as_str().unwrap_or_default().to_owned(),
             response: kind.to_owned(),
             ambient: number("ambient"),
             off_span: number("off_span"),
@@ -198,14 +172,10 @@ impl Truth {
     fn compare(&self, found: &Calibration, row: Row) -> Row {
         let (curve, _) = found.response.nearest_dual_gamma();
         let [within1, within2, within_exposure] = within(&found.gamma_evidence.intervals, &row);
-        let light: Vec<[f64; 3]> = found
-            .interview_light()
-            .iter()
-            .map(|w| w.map(f64::from))
-            .collect();
-        let is: Vec<[f64; 3]> = list(&self.facts["weights_linear_interview_per_olat"])
-            .map(numbers)
-            .collect();
+        let light: Vec<[f64; 3]> =
+            found.interview_light().iter().map(|w| w.map(f64::from)).collect();
+        let is: Vec<[f64; 3]> =
+            list(&self.facts["weights_linear_interview_per_olat"]).map(numbers).collect();
         let (mut off, mut sum) = (0.0, 0.0);
         for (light, is) in light.iter().flatten().zip(is.iter().flatten()) {
             off += (light - is).abs();
@@ -253,9 +223,7 @@ impl Truth {
         for &i in &self.covered {
             for c in 0..3 {
                 let lamps = self.olats.iter().zip(light);
-                let sum: f64 = lamps
-                    .map(|(olat, w)| w[c] * f64::from(olat.pixels[i][c]))
-                    .sum();
+                let sum: f64 = lamps.map(|(olat, w)| w[c] * f64::from(olat.pixels[i][c])).sum();
                 let is = f64::from(self.interview.pixels[i][c]);
                 error += (sum - is).powi(2);
                 power += is.powi(2);

@@ -71,9 +71,8 @@ fn cases(
 
 /// The built-in environments, then those of the shared data, by name.
 fn environments() -> Vec<Environment> {
-    let mut found: Vec<Environment> = (built_in::all().iter())
-        .map(|own| (*own.environment()).clone())
-        .collect();
+    let mut found: Vec<Environment> =
+        (built_in::all().iter()).map(|own| (*own.environment()).clone()).collect();
     let Some(folder) = test_support::shared("data/hdri") else {
         return found;
     };
@@ -96,9 +95,8 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 fn main() -> std::io::Result<()> {
     let (known, random) = (environments(), random::environments(96, 7));
     let shoot = Shoot::new(41);
-    let looks: Vec<(u64, usize)> = (0..stage::LOOKS.len())
-        .map(|look| (31 + look as u64, look))
-        .collect();
+    let looks: Vec<(u64, usize)> =
+        (0..stage::LOOKS.len()).map(|look| (31 + look as u64, look)).collect();
     let subjects = stage::subjects(&shoot, 48, &looks, 2);
     let text = table(
         &subjects,
@@ -112,9 +110,7 @@ fn main() -> std::io::Result<()> {
 
 /// Prints how long a turn takes by each kind, the quickest of some.
 fn print_times() {
-    let environment = random::environments(4, 8)
-        .remove(3)
-        .reduced(Partition::WIDTH);
+    let environment = random::environments(4, 8).remove(3).reduced(Partition::WIDTH);
     for lamps in [41, 146, 931] {
         let rig = Shoot::new(lamps).rig;
         for kind in KINDS {
@@ -151,8 +147,7 @@ fn table(
              |---|---:|---:|---:|---:|---:|---:|---:|\n"
         )
         .unwrap();
-        rows.iter()
-            .for_each(|(name, cases)| row(&mut text, name, cases));
+        rows.iter().for_each(|(name, cases)| row(&mut text, name, cases));
     };
     part(
         "pictures",
@@ -161,18 +156,15 @@ fn table(
             ("random environments", random_cases.iter().collect()),
         ],
     );
-    for (title, environments, cases) in [
-        ("environment", known, known_cases),
-        ("random environment", random, random_cases),
-    ] {
+    for (title, environments, cases) in
+        [("environment", known, known_cases), ("random environment", random, random_cases)]
+    {
         let mut names: Vec<&str> = environments.iter().map(|own| own.name.as_str()).collect();
         // Random environments of a kind share a name.
         let mut seen = HashSet::new();
         names.retain(|name| seen.insert(*name));
         let rows = names.into_iter().map(|name| {
-            let own = cases
-                .iter()
-                .filter(|case| environments[case.environment].name == name);
+            let own = cases.iter().filter(|case| environments[case.environment].name == name);
             (name, own.collect())
         });
         part(title, rows.collect());

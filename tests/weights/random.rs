@@ -14,9 +14,7 @@ const COLUMNS: usize = 512;
 /// `count` environments: in turn a hard sun, a soft sun, up to four softboxes, and a room of patches with many lamps.
 pub fn environments(count: usize, seed: u64) -> Vec<Environment> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    (0..count)
-        .map(|i| environment(i % 4, &mut random))
-        .collect()
+    (0..count).map(|i| environment(i % 4, &mut random)).collect()
 }
 
 fn environment(kind: usize, random: &mut ChaCha8Rng) -> Environment {
@@ -28,10 +26,7 @@ fn environment(kind: usize, random: &mut ChaCha8Rng) -> Environment {
         _ => within(3.0, 12.0) as usize,
     };
     let mut direction = |below: bool| -> Vec3 {
-        let (y, turn) = (
-            within(if below { -1.0 } else { 0.0 }, 1.0),
-            within(0.0, TAU),
-        );
+        let (y, turn) = (within(if below { -1.0 } else { 0.0 }, 1.0), within(0.0, TAU));
         let across = (1.0 - y * y).sqrt();
         Vec3::new(across * turn.cos(), y, across * turn.sin())
     };
@@ -82,8 +77,6 @@ fn environment(kind: usize, random: &mut ChaCha8Rng) -> Environment {
     let green = [energy(&even)[1], energy(&lit)[1]];
     let gain = f64::from(ratio) * green[0] / green[1];
     let pairs = even.pixels.iter().zip(&lit.pixels);
-    let pixels = pairs
-        .map(|(e, l)| [0, 1, 2].map(|c| e[c] + gain as f32 * l[c]))
-        .collect();
+    let pixels = pairs.map(|(e, l)| [0, 1, 2].map(|c| e[c] + gain as f32 * l[c])).collect();
     Environment::from_radiance(name, Image { pixels, ..even })
 }

@@ -35,9 +35,7 @@ impl Shoot {
         assert_eq!(lit.lamps.len(), LAMPS);
         let nearest = |direction: Vec3| -> usize {
             let cosine = |i: &usize| dome.lamps[*i].dot(direction);
-            (0..LAMPS)
-                .max_by(|a, b| cosine(a).total_cmp(&cosine(b)))
-                .unwrap()
+            (0..LAMPS).max_by(|a, b| cosine(a).total_cmp(&cosine(b))).unwrap()
         };
         let mut members = vec![vec![]; banks];
         for (lamp, &bank) in lit.lamps.iter().zip(&lit.bank_of_lamp) {
@@ -59,18 +57,9 @@ impl Shoot {
         };
         let texels = (0..COLUMNS * COLUMNS / 2).into_par_iter();
         Self {
-            rig: Rig {
-                lamps: lit.banks.iter().enumerate().map(lamp).collect(),
-            },
+            rig: Rig { lamps: lit.banks.iter().enumerate().map(lamp).collect() },
             owners: texels
-                .map(|i| {
-                    nearest(texel_direction(
-                        i % COLUMNS,
-                        i / COLUMNS,
-                        COLUMNS,
-                        COLUMNS / 2,
-                    ))
-                })
+                .map(|i| nearest(texel_direction(i % COLUMNS, i / COLUMNS, COLUMNS, COLUMNS / 2)))
                 .collect(),
             banks: members,
         }
@@ -128,10 +117,7 @@ pub struct Look {
 }
 
 pub const LOOKS: [Look; 7] = [
-    Look {
-        name: "the stage's own skin",
-        set: |_| (),
-    },
+    Look { name: "the stage's own skin", set: |_| () },
     Look {
         name: "light skin, blond hair",
         set: |settings| {
@@ -153,10 +139,7 @@ pub const LOOKS: [Look; 7] = [
             settings.trouble.shine = Some(1.0);
         },
     },
-    Look {
-        name: "dark skin",
-        set: |settings| settings.trouble.skin = Some(1.0),
-    },
+    Look { name: "dark skin", set: |settings| settings.trouble.skin = Some(1.0) },
     Look {
         name: "dark skin, oily",
         set: |settings| {
@@ -179,13 +162,8 @@ pub fn subjects(shoot: &Shoot, size: usize, looks: &[(u64, usize)], poses: usize
     let mut subjects = Vec::new();
     for &(seed, look) in looks {
         let look = &LOOKS[look];
-        let mut settings = StageSettings {
-            frames: 8,
-            size,
-            seed,
-            lamps: LAMPS,
-            ..StageSettings::default()
-        };
+        let mut settings =
+            StageSettings { frames: 8, size, seed, lamps: LAMPS, ..StageSettings::default() };
         (look.set)(&mut settings);
         let folder = tempfile::tempdir().unwrap();
         write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
@@ -199,12 +177,7 @@ pub fn subjects(shoot: &Shoot, size: usize, looks: &[(u64, usize)], poses: usize
             let frame = path.file_name().unwrap().to_str().unwrap();
             let frame = frame.strip_suffix("_olat").unwrap();
             let matte = folder.path().join(format!("interview_masks/{frame}.png"));
-            subjects.push(subject(
-                shoot,
-                format!("{}, {frame}", look.name),
-                &path,
-                &matte,
-            ));
+            subjects.push(subject(shoot, format!("{}, {frame}", look.name), &path, &matte));
         }
     }
     subjects
@@ -230,11 +203,7 @@ fn subject(shoot: &Shoot, name: String, olats: &Path, matte: &Path) -> Subject {
         }
         bank
     });
-    Subject {
-        name,
-        banks: banks.collect(),
-        lamps,
-    }
+    Subject { name, banks: banks.collect(), lamps }
 }
 
 /// PSNR as docs/accuracy.md measures it: equal mean luminance, exposed for the truth's 95th percentile, display values.

@@ -115,11 +115,7 @@ mod tests {
             .joined(point(9, None, None), 2);
         assert_eq!(
             three,
-            LossPoint {
-                rendering: Some(6.0),
-                seconds: 9.0,
-                ..point(9, Some(0.6), Some(20.0))
-            }
+            LossPoint { rendering: Some(6.0), seconds: 9.0, ..point(9, Some(0.6), Some(20.0)) }
         );
     }
 

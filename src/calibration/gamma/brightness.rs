@@ -51,9 +51,7 @@ pub(super) fn ball_errors(is_clipped: bool, expected: DMat3) -> Vec<BallError> {
         &[(0.95, [0.0, 0.03]), (0.05, [0.0, 0.25])]
     };
     let own = [(0.6, 0.01f64), (0.2, 0.06), (0.2, 0.3)];
-    let all = common
-        .iter()
-        .flat_map(|common| own.map(|own| (*common, own)));
+    let all = common.iter().flat_map(|common| own.map(|own| (*common, own)));
     all.map(|((often, [mean, deviation]), (chance, own))| BallError {
         chance: often * chance,
         middle: DVec3::splat(mean),
@@ -97,11 +95,7 @@ impl Brightness {
         // What the pictures say almost by themselves is a start for each account, its own middle another.
         let free = Account::new(
             ExposurePrior::Changed,
-            &BallError {
-                chance: 1.0,
-                middle: DVec3::ZERO,
-                covariance: DMat3::IDENTITY * 0.25,
-            },
+            &BallError { chance: 1.0, middle: DVec3::ZERO, covariance: DMat3::IDENTITY * 0.25 },
         );
         let start = free.climb(&pictures, DVec3::ZERO).at;
         let found: Vec<(Account, Place)> = errors
@@ -118,14 +112,9 @@ impl Brightness {
                 (account, best)
             })
             .collect();
-        let least = found
-            .iter()
-            .map(|(_, place)| place.cost)
-            .fold(f64::INFINITY, f64::min);
-        let shares: Vec<f64> = found
-            .iter()
-            .map(|(_, place)| (-0.5 * (place.cost - least)).exp())
-            .collect();
+        let least = found.iter().map(|(_, place)| place.cost).fold(f64::INFINITY, f64::min);
+        let shares: Vec<f64> =
+            found.iter().map(|(_, place)| (-0.5 * (place.cost - least)).exp()).collect();
         let all: f64 = shares.iter().sum();
         let exposures: Vec<[f64; 2]> = found.iter().map(|(a, place)| a.exposure(place)).collect();
         let mean = |value: &dyn Fn(usize) -> f64| -> f64 {
@@ -244,11 +233,7 @@ mod tests {
     fn an_exposure_that_the_pictures_insist_on_is_taken() {
         let usual = ball_errors(false, DMat3::ZERO);
         let found = |deviation: f64| {
-            Brightness::find(
-                ExposurePrior::Changed,
-                &usual,
-                pictures([0.2; 3], deviation),
-            )
+            Brightness::find(ExposurePrior::Changed, &usual, pictures([0.2; 3], deviation))
         };
         let (sure, unsure) = (found(0.001), found(10.0));
         assert!((sure.log_exposure - 0.2).abs() < 0.03, "{sure:?}");

@@ -24,19 +24,12 @@ pub struct Case {
 impl Case {
     /// The most probable response.
     pub fn response(&self) -> Response {
-        Response::Dual(DualGamma {
-            gamma1: self.gamma1,
-            gamma2: self.gamma2,
-        })
+        Response::Dual(DualGamma { gamma1: self.gamma1, gamma2: self.gamma2 })
     }
 
     /// What is tried and saved if this account is chosen: its response and exposure, within the bounds of both.
     pub fn trial(&self) -> Trial {
-        Trial {
-            response: self.response(),
-            exposure: self.exposure,
-        }
-        .nudged([0.0; 3])
+        Trial { response: self.response(), exposure: self.exposure }.nudged([0.0; 3])
     }
 }
 
@@ -63,12 +56,7 @@ impl Interval {
             let tail = 0.5 * (1.0 - f64::from(probability));
             let [gamma1, gamma2, exposure] =
                 [0, 1, 2].map(|i| [tail, 1.0 - tail].map(|below| quantile(cases, i, below) as f32));
-            Self {
-                probability,
-                gamma1,
-                gamma2,
-                exposure: exposure.map(f32::exp),
-            }
+            Self { probability, gamma1, gamma2, exposure: exposure.map(f32::exp) }
         };
         Self::LEVELS.map(interval).to_vec()
     }

@@ -62,15 +62,8 @@ impl InspectableFit<'_> {
         let linear = self.objective.linearize_by(&response);
         let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
             .map(|prior| self.objective.score_under(prior, &linear));
-        let score = if changed.cost < alone.cost {
-            changed
-        } else {
-            alone
-        };
-        (
-            CurveFit::of(response, parameters, &score, least),
-            score.cost,
-        )
+        let score = if changed.cost < alone.cost { changed } else { alone };
+        (CurveFit::of(response, parameters, &score, least), score.cost)
     }
 
     /// The dual gamma first, then a fitted power, sRGB, Rec. 709, linear, and the log curve of the usual K or the best.

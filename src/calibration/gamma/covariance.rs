@@ -30,11 +30,7 @@ impl Covariance {
         for i in 0..size {
             covariance[i * size + i] += own;
         }
-        Some(Self {
-            factor: Cholesky::new(covariance, size)?,
-            size,
-            wider: 1.0,
-        })
+        Some(Self { factor: Cholesky::new(covariance, size)?, size, wider: 1.0 })
     }
 
     /// Independent combinations of the errors, each over its deviation.
@@ -56,10 +52,7 @@ impl Covariance {
     /// Errors that are larger than all parts together explain come from something that the model leaves out, and tell
     /// less: Student's distribution, ν·ln(1 + χ²/ν).
     pub fn cost(&self, square: f64) -> [f64; 2] {
-        [
-            FREEDOM * (square / FREEDOM).ln_1p(),
-            1.0 / (1.0 + square / FREEDOM),
-        ]
+        [FREEDOM * (square / FREEDOM).ln_1p(), 1.0 / (1.0 + square / FREEDOM)]
     }
 }
 

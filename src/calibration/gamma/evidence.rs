@@ -118,16 +118,10 @@ impl Evidence {
 
     /// Which poses were compared with a frame pixel by pixel, in a sentence; `None` if distributions were compared.
     pub fn same_poses_sentence(&self) -> Option<String> {
-        let pairs: Vec<String> = self
-            .same_poses
-            .iter()
-            .map(|[pose, frame]| format!("{frame} shows {pose}"))
-            .collect();
+        let pairs: Vec<String> =
+            self.same_poses.iter().map(|[pose, frame]| format!("{frame} shows {pose}")).collect();
         (!pairs.is_empty()).then(|| {
-            format!(
-                "the camera's response was fitted pixel by pixel: {}",
-                pairs.join(", ")
-            )
+            format!("the camera's response was fitted pixel by pixel: {}", pairs.join(", "))
         })
     }
 
@@ -183,10 +177,7 @@ impl Evidence {
         if is_other(exposure) {
             let is_alone = self.cases.first().is_some_and(|first| !first.changed);
             let (account, otherwise) = if is_alone {
-                (
-                    "although the camera's exposure was probably left alone",
-                    "If it was changed",
-                )
+                ("although the camera's exposure was probably left alone", "If it was changed")
             } else {
                 (
                     "the camera's exposure was probably changed between the balls and the filming",
@@ -232,11 +223,7 @@ mod tests {
 
     #[test]
     fn each_doubt_has_its_sentence_and_its_remedy() {
-        let evidence = Evidence {
-            darkest: 0.4,
-            exposure_deviation: 0.05,
-            ..Evidence::default()
-        };
+        let evidence = Evidence { darkest: 0.4, exposure_deviation: 0.05, ..Evidence::default() };
         let [dark] = &evidence.warnings([0.6, 0.03], 1.0)[..] else {
             panic!("one doubt, one sentence");
         };
@@ -280,21 +267,15 @@ mod tests {
             alone.contains("probably left alone")
                 && alone.contains("If it was changed (probability 40 %)")
         );
-        let doubtful = Evidence {
-            changed_exposure: 0.3,
-            other_case: [1.21, 2.5, 1.9],
-            ..Evidence::default()
-        };
+        let doubtful =
+            Evidence { changed_exposure: 0.3, other_case: [1.21, 2.5, 1.9], ..Evidence::default() };
         let [doubt] = &doubtful.warnings([0.03; 2], 1.01)[..] else {
             panic!("one doubt, one sentence");
         };
         assert!(
             doubt.contains("30 %") && doubt.contains("21 % brighter") && doubt.contains("2.50")
         );
-        let other = Evidence {
-            better_curve: Some("Rec. 709".into()),
-            ..evidence
-        };
+        let other = Evidence { better_curve: Some("Rec. 709".into()), ..evidence };
         let [curve] = &other.warnings([0.6; 2], 0.5)[..] else {
             panic!("the cause alone, not what follows from it");
         };

@@ -70,35 +70,22 @@ impl Objective<'_> {
             there.iter().zip(&here).map(|(a, b)| a - b).collect()
         };
         let there = linear.encoded(log_factors + BRIGHTER);
-        let slope: Vec<f64> = (there.iter().zip(&here))
-            .map(|(a, b)| (a - b) / BRIGHTER)
-            .collect();
-        let mut errors = LightErrors {
-            quantiles: vec![],
-            brightness: DMat3::ZERO,
-        };
+        let slope: Vec<f64> = (there.iter().zip(&here)).map(|(a, b)| (a - b) / BRIGHTER).collect();
+        let mut errors = LightErrors { quantiles: vec![], brightness: DMat3::ZERO };
         for change in self.probes.weight_errors(&linear.table) {
             errors.add(moved(&change), &slope);
         }
         let shared = DVec3::ONE.dot(errors.brightness * DVec3::ONE) / 9.0;
         errors.brightness += ONES * (shared * SHARED_BRIGHTNESS.powi(2));
         let is_sum = self.remainder <= 0.0;
-        let largest = if is_sum {
-            1.0
-        } else {
-            WEIGHT_ERROR_BESIDE_REMAINDER
-        };
+        let largest = if is_sum { 1.0 } else { WEIGHT_ERROR_BESIDE_REMAINDER };
         for (lamp, other) in linear.ball.weights.iter().enumerate() {
             let mut change = vec![[0.0; 3]; linear.weights.len()];
             change[lamp] = [0, 1, 2].map(|c: usize| {
                 let weight = linear.weights[lamp][c];
                 // A lamp without pixels of its own has no weight there.
                 let is_known = weight > 0.0 && other[c] > 0.0;
-                let difference = if is_known {
-                    other[c] / weight - 1.0
-                } else {
-                    0.0
-                };
+                let difference = if is_known { other[c] / weight - 1.0 } else { 0.0 };
                 weight * difference.abs().clamp(WEIGHT_ERROR, largest)
             });
             errors.add(moved(&change), &slope);
@@ -120,11 +107,8 @@ impl LightErrors {
     /// Adds an error, given what a step of ln light does.
     fn add(&mut self, mut error: Vec<f64>, slope: &[f64]) {
         let brighter = take_brightness(&mut error, slope);
-        self.brightness += DMat3::from_cols(
-            brighter * brighter.x,
-            brighter * brighter.y,
-            brighter * brighter.z,
-        );
+        self.brightness +=
+            DMat3::from_cols(brighter * brighter.x, brighter * brighter.y, brighter * brighter.z);
         self.quantiles.push(error);
     }
 }
@@ -133,9 +117,7 @@ impl LightErrors {
 /// does to them, and returns that change.
 fn take_brightness(error: &mut [f64], slope: &[f64]) -> DVec3 {
     let mut change = [0.0; 3];
-    let channels = error
-        .chunks_exact_mut(QUANTILES)
-        .zip(slope.chunks_exact(QUANTILES));
+    let channels = error.chunks_exact_mut(QUANTILES).zip(slope.chunks_exact(QUANTILES));
     for (change, (error, slope)) in change.iter_mut().zip(channels) {
         let product = |a: &[f64]| -> f64 { a.iter().zip(slope).map(|(a, b)| a * b).sum() };
         *change = product(error) / product(slope).max(f64::MIN_POSITIVE);

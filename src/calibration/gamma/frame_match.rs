@@ -25,12 +25,8 @@ impl FrameMatch {
     /// The mismatch under a response, given the pose's samples relit under it, in light.
     pub fn mismatch_under(&self, relit: &[[f32; 3]], table: &ResponseTable) -> f32 {
         let sum = |pixel: [f32; 3]| f64::from(pixel[0] + pixel[1] + pixel[2]);
-        let light = |pixel: &MatchedPixel| {
-            relit
-                .get(pixel.sample as usize)
-                .copied()
-                .unwrap_or([0.0; 3])
-        };
+        let light =
+            |pixel: &MatchedPixel| relit.get(pixel.sample as usize).copied().unwrap_or([0.0; 3]);
         // One factor removes the exposure, and most of what is wrong with a provisional response.
         let seen: f64 = self.pixels.iter().map(|p| sum(table.rgb(p.here))).sum();
         let expected: f64 = self.pixels.iter().map(|p| sum(light(p))).sum();
@@ -48,11 +44,7 @@ impl FrameMatch {
             here += square(&pixel.here);
             aside += pixel.aside.iter().map(square).sum::<f64>() / 4.0;
         }
-        if aside > 0.0 {
-            (here / aside).sqrt() as f32
-        } else {
-            1.0
-        }
+        if aside > 0.0 { (here / aside).sqrt() as f32 } else { 1.0 }
     }
 
     /// The better of two.
@@ -92,12 +84,7 @@ impl PoseSamples {
         places: Vec<usize>,
         relit: Vec<[f32; 3]>,
     ) -> Self {
-        Self {
-            pose,
-            size,
-            places,
-            relit,
-        }
+        Self { pose, size, places, relit }
     }
 
     /// Compares the pose with a frame. `None` if their sizes differ, or if less than nine tenths of the pose's
@@ -114,14 +101,8 @@ impl PoseSamples {
         }
         let (width, step) = (mask.width, margin(mask.width));
         // The samples keep this margin from the picture's edge, so these places are inside.
-        let around = |place: usize| {
-            [
-                place - step,
-                place + step,
-                place - step * width,
-                place + step * width,
-            ]
-        };
+        let around =
+            |place: usize| [place - step, place + step, place - step * width, place + step * width];
         let is_solid = |place: usize| mask.pixels[place] > SOLID;
         let shared: Vec<usize> = (0..self.places.len())
             .filter(|&i| {
@@ -140,12 +121,7 @@ impl PoseSamples {
                 aside: around(self.places[i]).map(|place| picture[place]),
             })
             .collect();
-        let mut found = FrameMatch {
-            pose: self.pose,
-            frame,
-            pixels,
-            mismatch: 1.0,
-        };
+        let mut found = FrameMatch { pose: self.pose, frame, pixels, mismatch: 1.0 };
         found.mismatch = found.mismatch_under(&self.relit, provisional);
         Some(found)
     }

@@ -41,19 +41,11 @@ mod tests {
     #[test]
     fn only_pixels_deep_inside_the_subject_count() {
         let mask = Mask::from_fn(20, 20, |x, y| {
-            if (5..12).contains(&x) && (5..12).contains(&y) {
-                1.0
-            } else {
-                0.5
-            }
+            if (5..12).contains(&x) && (5..12).contains(&y) { 1.0 } else { 0.5 }
         });
         let places = inside(&mask, 100);
         assert_eq!(places.len(), 25);
-        assert!(
-            places
-                .iter()
-                .all(|p| (6..11).contains(&(p % 20)) && (6..11).contains(&(p / 20)))
-        );
+        assert!(places.iter().all(|p| (6..11).contains(&(p % 20)) && (6..11).contains(&(p / 20))));
         assert!(inside(&Mask::filled(1, 1, 1.0), 10).is_empty());
     }
 }

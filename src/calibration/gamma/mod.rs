@@ -104,9 +104,7 @@ impl GammaFit {
     /// Adds an error of both exponents that the fit does not know of. A standard curve has none.
     pub(super) fn widen(&mut self, deviation: f32) {
         let cases = self.cases.iter_mut().chain(&mut self.others);
-        let deviations = cases
-            .map(|case| &mut case.deviation)
-            .chain([&mut self.deviation]);
+        let deviations = cases.map(|case| &mut case.deviation).chain([&mut self.deviation]);
         for own in deviations.flat_map(|all| &mut all[..2]) {
             if *own > 0.0 {
                 *own = own.hypot(deviation);
@@ -117,10 +115,10 @@ impl GammaFit {
     /// All accounts of the pictures with their probabilities, which add up to 1.
     fn accounts(&self) -> Vec<Case> {
         let others: f32 = self.others.iter().map(|other| other.probability).sum();
-        let duals = self.cases.iter().map(|case| Case {
-            probability: (1.0 - others) * case.probability,
-            ..*case
-        });
+        let duals = self
+            .cases
+            .iter()
+            .map(|case| Case { probability: (1.0 - others) * case.probability, ..*case });
         duals.chain(self.others.iter().copied()).collect()
     }
 }
@@ -157,10 +155,7 @@ impl ChosenResponse {
                 exposure: curve.exposure,
                 weights: fit.weights.clone(),
                 residual: curve.subject,
-                evidence: Evidence {
-                    ball_residual: curve.ball,
-                    ..evidence
-                },
+                evidence: Evidence { ball_residual: curve.ball, ..evidence },
             },
         }
     }
@@ -213,17 +208,13 @@ pub(super) fn fit<'a>(
     // Whether a frame shows a pose can only be told under a response that is about right.
     let table = ResponseTable::new(&found.fit.response);
     let nearest = subject.nearest(&table, &probes.weights(&table));
-    let same: Vec<_> = nearest
-        .iter()
-        .filter(|(.., mismatch)| *mismatch <= FrameMatch::MAX_MISMATCH)
-        .collect();
+    let same: Vec<_> =
+        nearest.iter().filter(|(.., mismatch)| *mismatch <= FrameMatch::MAX_MISMATCH).collect();
     if !same.is_empty() {
         let matched = same.iter().map(|(pose, ..)| *pose).collect();
         let mut found = fit_by(Objective::new(subject, probes, matched), progress)?;
-        found.fit.same_poses = same
-            .iter()
-            .map(|(_, frame_match, _)| [frame_match.pose, frame_match.frame])
-            .collect();
+        found.fit.same_poses =
+            same.iter().map(|(_, frame_match, _)| [frame_match.pose, frame_match.frame]).collect();
         return Ok(found);
     }
     if wanted.is_none() {
@@ -259,15 +250,11 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
         progress.step("response", row as u64, total, "");
         let places = GRID.map(|gamma2| [gamma1, gamma2]);
         grid.extend(
-            places
-                .into_iter()
-                .filter_map(|place| Some((place, objective.linearize(place)?))),
+            places.into_iter().filter_map(|place| Some((place, objective.linearize(place)?))),
         );
     }
     let best_ball = |a: &&([f64; 2], LinearPictures), b: &&([f64; 2], LinearPictures)| {
-        objective
-            .ball_square(&a.1.ball)
-            .total_cmp(&objective.ball_square(&b.1.ball))
+        objective.ball_square(&a.1.ball).total_cmp(&objective.ball_square(&b.1.ball))
     };
     if let Some((_, best)) = grid.iter().min_by(best_ball) {
         objective.weigh(best);
@@ -332,10 +319,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
         residual: score.subject as f32,
         ball_residual: score.ball as f32,
         deviation: [0.0; 3],
-        cases: [
-            case_of(&found, prior, 1.0 - doubt)?,
-            case_of(&other, other_prior, doubt)?,
-        ],
+        cases: [case_of(&found, prior, 1.0 - doubt)?, case_of(&other, other_prior, doubt)?],
         others: vec![],
         extent: objective.extent(),
         same_poses: vec![],
@@ -410,9 +394,8 @@ impl InspectableFit<'_> {
 impl Objective<'_> {
     /// The cost of two exponents at their best exposure, with all priors; +∞ if they make no valid curve.
     fn total(&self, gammas: [f64; 2]) -> f64 {
-        self.linearize(gammas).map_or(f64::INFINITY, |linear| {
-            self.score(&linear).cost + gamma_prior(gammas)
-        })
+        self.linearize(gammas)
+            .map_or(f64::INFINITY, |linear| self.score(&linear).cost + gamma_prior(gammas))
     }
 }
 

@@ -84,14 +84,8 @@ pub(super) struct Score {
 impl Score {
     /// The factors on the lamps' weights that are not the exposure.
     fn gains(&self) -> [f32; 3] {
-        let Brightness {
-            log_factors,
-            log_exposure,
-            ..
-        } = self.brightness;
-        (log_factors - log_exposure)
-            .to_array()
-            .map(|gain| gain.exp() as f32)
+        let Brightness { log_factors, log_exposure, .. } = self.brightness;
+        (log_factors - log_exposure).to_array().map(|gain| gain.exp() as f32)
     }
 
     /// The lamps' weights, with the brightness and the colour that the subject shows.
@@ -137,10 +131,7 @@ impl<'a> Objective<'a> {
             matched,
         };
         if objective.matched.is_empty() {
-            let middle = DualGamma {
-                gamma1: GAMMA_PRIOR.0 as f32,
-                gamma2: GAMMA_PRIOR.0 as f32,
-            };
+            let middle = DualGamma { gamma1: GAMMA_PRIOR.0 as f32, gamma2: GAMMA_PRIOR.0 as f32 };
             let table = ResponseTable::new(&middle);
             let weights = probes.weights(&table);
             let differences = objective.differences(&table, &weights, DVec3::ZERO);
@@ -161,11 +152,7 @@ impl<'a> Objective<'a> {
         self.remainder = best.ball.remainder();
         let ball = self.probes.profile(&best.table, self.remainder);
         let pixels = self.probes.profile_pixels() as f64;
-        let others = if self.remainder > 0.0 {
-            0.0
-        } else {
-            pixels.min(self.subject.lamps as f64)
-        };
+        let others = if self.remainder > 0.0 { 0.0 } else { pixels.min(self.subject.lamps as f64) };
         // Part of the misfit looks like noise. With this power, measured on random shoots, intervals hold what they say.
         let own = noise_share(self.ball_square(&ball), ball.noise).powf(1.5);
         let count = own * pixels + (1.0 - own) * others;
@@ -174,10 +161,7 @@ impl<'a> Objective<'a> {
         let x = self.score(best).brightness.log_factors;
         if self.matched.is_empty() {
             let mut differences = self.differences(&best.table, &best.weights, x);
-            let LightErrors {
-                quantiles,
-                brightness,
-            } = self.light_errors(best, x);
+            let LightErrors { quantiles, brightness } = self.light_errors(best, x);
             differences.extend(quantiles);
             self.light_error = brightness;
             self.errors = Covariance::new(3 * QUANTILES, &differences, MODEL_ERROR);
@@ -195,35 +179,20 @@ impl<'a> Objective<'a> {
     fn matched_noise(&self, linear: &LinearPictures, log_factors: DVec3) -> f64 {
         let mut channels: [NeighbourDifferences; 3] = Default::default();
         let errors = linear.errors(log_factors);
-        let pixels = self
-            .matched
-            .iter()
-            .flat_map(|pose| self.matched_pixels(pose));
+        let pixels = self.matched.iter().flat_map(|pose| self.matched_pixels(pose));
         for (pixel, errors) in pixels.zip(errors.chunks_exact(3)) {
             for (channel, error) in channels.iter_mut().zip(errors) {
                 channel.add(pixel.place as usize, *error);
             }
         }
-        channels
-            .iter()
-            .map(NeighbourDifferences::noise)
-            .sum::<f64>()
-            / 3.0
+        channels.iter().map(NeighbourDifferences::noise).sum::<f64>() / 3.0
     }
 
     /// The pixels by which a pose is compared with its frame: two thousand in all are enough.
     fn matched_pixels(&self, pose: &'a Pose) -> impl Iterator<Item = &'a MatchedPixel> {
-        let pixels = pose
-            .frame_match
-            .as_ref()
-            .map_or(&[][..], |frame_match| &frame_match.pixels);
-        let step = (pixels.len() * self.matched.len())
-            .div_ceil(MATCHED_PIXELS)
-            .max(1);
-        let kept = pixels
-            .iter()
-            .enumerate()
-            .filter(move |(i, _)| (i / 2) % step == 0);
+        let pixels = pose.frame_match.as_ref().map_or(&[][..], |frame_match| &frame_match.pixels);
+        let step = (pixels.len() * self.matched.len()).div_ceil(MATCHED_PIXELS).max(1);
+        let kept = pixels.iter().enumerate().filter(move |(i, _)| (i / 2) % step == 0);
         kept.map(|(_, pixel)| pixel)
     }
 
@@ -237,9 +206,7 @@ impl<'a> Objective<'a> {
         let encoded = |code: u16| f32::from(code) / f32::from(STEPS);
         self.matched_pixels(pose)
             .flat_map(|pixel| {
-                let light = self
-                    .subject
-                    .relit_sample(pose, pixel.sample as usize, table, weights);
+                let light = self.subject.relit_sample(pose, pixel.sample as usize, table, weights);
                 [0, 1, 2].map(|c| (light[c], encoded(pixel.here[c])))
             })
             .collect()
@@ -258,20 +225,11 @@ impl<'a> Objective<'a> {
         objective.weigh(&linear);
         let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
             .map(|prior| objective.score_under(prior, &linear));
-        let score = if changed.cost < alone.cost {
-            changed
-        } else {
-            alone
-        };
+        let score = if changed.cost < alone.cost { changed } else { alone };
         let gains = score.gains().map(|gain| f64::from(gain * exposure).ln());
-        let distances = [
-            linear.subject_square(DVec3::from_array(gains)),
-            objective.ball_square(&linear.ball),
-        ];
-        (
-            score.weights(&linear),
-            distances.map(|square| square.sqrt() as f32),
-        )
+        let distances =
+            [linear.subject_square(DVec3::from_array(gains)), objective.ball_square(&linear.ball)];
+        (score.weights(&linear), distances.map(|square| square.sqrt() as f32))
     }
 
     /// The pictures under two exponents; `None` if no camera can have their curve.
@@ -287,12 +245,7 @@ impl<'a> Objective<'a> {
             || self.probes.weights(&table),
             || self.probes.profile(&table, self.remainder),
         );
-        LinearPictures {
-            pairs: self.pairs(&table, &weights),
-            weights,
-            table,
-            ball,
-        }
+        LinearPictures { pairs: self.pairs(&table, &weights), weights, table, ball }
     }
 
     /// Compares the balls of pictures again, under the remainder that was last found.
@@ -316,10 +269,7 @@ impl<'a> Objective<'a> {
             let light = quantiles(relit.iter().map(|p| p[c]).collect());
             light.into_iter().zip(self.subject.interview[c])
         };
-        Pairs {
-            values: (0..3).flat_map(of_channel).collect(),
-            of_pixels: false,
-        }
+        Pairs { values: (0..3).flat_map(of_channel).collect(), of_pixels: false }
     }
 
     /// The 1 % and the 99 % quantile of the compared values: OLATs, frames and balls, encoded in `[0, 1]`.

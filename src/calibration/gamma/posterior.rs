@@ -91,17 +91,12 @@ impl Posterior {
             .iter()
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
             .filter(|best| best.cost.is_finite())?;
-        let shares: Vec<f64> = places
-            .iter()
-            .map(|place| (-0.5 * (place.cost - best.cost)).exp())
-            .collect();
+        let shares: Vec<f64> =
+            places.iter().map(|place| (-0.5 * (place.cost - best.cost)).exp()).collect();
         let all: f64 = shares.iter().sum();
         let mean = |value: &dyn Fn(&Place) -> f64| -> f64 {
             let terms = places.iter().zip(&shares);
-            terms
-                .map(|(place, share)| share * value(place))
-                .sum::<f64>()
-                / all
+            terms.map(|(place, share)| share * value(place)).sum::<f64>() / all
         };
         let gammas = DVec2::new(mean(&|p| p.gammas.x), mean(&|p| p.gammas.y));
         let exposure = mean(&|p| p.log_exposure);
@@ -176,20 +171,14 @@ fn curvature(objective: &Objective, at: DVec2, steps: DMat2) -> Option<DMat2> {
     let covariance = steps * half.inverse() * steps.transpose();
     let (turned, variances) = principal(covariance);
     let length = |variance: f64| variance.sqrt().clamp(STEPS[1], STEPS[2]);
-    let axes = DMat2::from_cols(
-        turned.x_axis * length(variances.x),
-        turned.y_axis * length(variances.y),
-    );
+    let axes =
+        DMat2::from_cols(turned.x_axis * length(variances.x), turned.y_axis * length(variances.y));
     axes.is_finite().then_some(axes)
 }
 
 /// Unit axes and variances of a covariance of two unknowns.
 fn principal(covariance: DMat2) -> (DMat2, DVec2) {
-    let (a, b, c) = (
-        covariance.x_axis.x,
-        covariance.x_axis.y,
-        covariance.y_axis.y,
-    );
+    let (a, b, c) = (covariance.x_axis.x, covariance.x_axis.y, covariance.y_axis.y);
     let turn = DVec2::from_angle(0.5 * (2.0 * b).atan2(a - c));
     let axes = DMat2::from_cols(turn, turn.perp());
     let along = |axis: DVec2| axis.dot(covariance * axis).max(0.0);

@@ -46,11 +46,7 @@ fn judged(objective: &Objective, response: &Response) -> (f64, Score, CurveFit) 
     let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
         .map(|prior| objective.score_under(prior, &linear));
     let cost = either([alone.cost, changed.cost]);
-    let score = if changed.cost < alone.cost {
-        changed
-    } else {
-        alone
-    };
+    let score = if changed.cost < alone.cost { changed } else { alone };
     let fit = CurveFit::of(*response, 0, &score, 0.0);
     (cost, score, fit)
 }
@@ -58,11 +54,8 @@ fn judged(objective: &Objective, response: &Response) -> (f64, Score, CurveFit) 
 impl Rival {
     /// The standard curves, and the log curves as one.
     pub fn all(objective: &Objective) -> Vec<Self> {
-        let standards = [
-            (Response::Srgb, SRGB),
-            (Response::Rec709, REC709),
-            (Response::Linear, LINEAR),
-        ];
+        let standards =
+            [(Response::Srgb, SRGB), (Response::Rec709, REC709), (Response::Linear, LINEAR)];
         let mut rivals: Vec<Self> = standards
             .into_iter()
             .map(|(response, chance)| {
@@ -94,9 +87,7 @@ impl Rival {
             Some((log_k, judged(objective, &response).0 + prior))
         };
         let row = |from: f64, step: f64, count: usize| -> Vec<(f64, f64)> {
-            (0..count)
-                .filter_map(|i| place(from + step * i as f64))
-                .collect()
+            (0..count).filter_map(|i| place(from + step * i as f64)).collect()
         };
         let best = |places: &[(f64, f64)]| {
             let best = places.iter().min_by(|a, b| a.1.total_cmp(&b.1));
@@ -123,10 +114,7 @@ impl Rival {
         let half = |i: usize| (0.5 * (beside[1][i] - beside[0][i])).hypot(STANDARD_DEVIATION);
         let density = FINE / (deviation * (2.0 * std::f64::consts::PI).sqrt());
         Some(Self {
-            fit: CurveFit {
-                parameters: 1,
-                ..fit
-            },
+            fit: CurveFit { parameters: 1, ..fit },
             score,
             cost: least - 2.0 * (LOG * density).ln(),
             mean: [gamma1, gamma2, score.brightness.log_exposure],

@@ -60,12 +60,7 @@ impl GammaStudy {
                 .flatten()
                 .map(|code| code.map(|c| f32::from(c) / f32::from(STEPS))),
         );
-        Ok(Self {
-            picture: PosePicture::load(project, pose)?,
-            subject,
-            probes,
-            interview,
-        })
+        Ok(Self { picture: PosePicture::load(project, pose)?, subject, probes, interview })
     }
 
     /// Reads another pose to be shown.
@@ -117,11 +112,7 @@ impl GammaStudy {
     ) -> Histogram {
         let table = ResponseTable::of(response);
         let relit = self.subject.all_relit(&table, weights);
-        histogram(
-            relit
-                .into_iter()
-                .map(|light| light.map(|l| table.encode(exposure * l))),
-        )
+        histogram(relit.into_iter().map(|light| light.map(|l| table.encode(exposure * l))))
     }
 
     /// The chosen pose relit, as the camera would encode it, at the working size; black where its matte is. Pixels
@@ -143,11 +134,7 @@ impl GammaStudy {
                 light.map(|l| table.encode(exposure * l * coverage))
             })
             .collect();
-        Encoded(Raster {
-            width: mask.width,
-            height: mask.height,
-            pixels,
-        })
+        Encoded(Raster { width: mask.width, height: mask.height, pixels })
     }
 }
 
@@ -177,9 +164,7 @@ impl PosePicture {
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
-            codes: (0..places.len())
-                .flat_map(|i| olats.iter().map(move |olat| olat[i]))
-                .collect(),
+            codes: (0..places.len()).flat_map(|i| olats.iter().map(move |olat| olat[i])).collect(),
             lamps,
             mask: resize_area(&mask, size, size),
         })

@@ -99,10 +99,7 @@ impl Subject {
         table: &ResponseTable,
         weights: &[[f32; 3]],
     ) -> Vec<(&Pose, &FrameMatch, f32)> {
-        let matched = self
-            .poses
-            .iter()
-            .filter_map(|pose| Some((pose, pose.frame_match.as_ref()?)));
+        let matched = self.poses.iter().filter_map(|pose| Some((pose, pose.frame_match.as_ref()?)));
         matched
             .map(|(pose, frame_match)| {
                 let relit = self.relit(pose, table, weights);
@@ -115,10 +112,7 @@ impl Subject {
     /// over all poses' pixels, per channel.
     pub fn stand_in(&self, table: &ResponseTable, weights: &[[f32; 3]], learnt: usize) -> StandIn {
         let pixels = || (self.poses.iter()).flat_map(|pose| pose.codes.chunks_exact(self.lamps));
-        let mut stand_in = StandIn {
-            weights: vec![[0.0; 3]; learnt],
-            residual: 0.0,
-        };
+        let mut stand_in = StandIn { weights: vec![[0.0; 3]; learnt], residual: 0.0 };
         let solved: Vec<Vec<f64>> = (0..3usize)
             .into_par_iter()
             .map(|c| {
@@ -141,10 +135,7 @@ impl Subject {
         }
         let (mut off, mut all) = (0.0, 0.0);
         for codes in pixels() {
-            let (whole, part) = (
-                sum(codes, table, weights),
-                sum(codes, table, &stand_in.weights),
-            );
+            let (whole, part) = (sum(codes, table, weights), sum(codes, table, &stand_in.weights));
             for (whole, part) in whole.into_iter().zip(part) {
                 off += f64::from(whole - part).powi(2);
                 all += f64::from(whole).powi(2);
@@ -158,10 +149,7 @@ impl Subject {
 
     /// The relit pixels of all poses.
     pub fn all_relit(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        self.poses
-            .iter()
-            .flat_map(|pose| self.relit(pose, table, weights))
-            .collect()
+        self.poses.iter().flat_map(|pose| self.relit(pose, table, weights)).collect()
     }
 }
 
@@ -177,12 +165,7 @@ fn load_poses(
     let (mut poses, mut samples) = (Vec::new(), Vec::new());
     for (pose, name) in shoot.poses.iter().enumerate() {
         progress.check("nothing was changed")?;
-        progress.step(
-            "poses",
-            pose as u64 + 1,
-            shoot.poses.len() as u64,
-            name.clone(),
-        );
+        progress.step("poses", pose as u64 + 1, shoot.poses.len() as u64, name.clone());
         let matte = project.exemplar_matte(pose);
         let mask = footage::read_mask(&matte, framing)?;
         let inside = inside(&mask, SAMPLES);
@@ -193,16 +176,12 @@ fn load_poses(
                 sample(&picture, framing, &mask, &matte, &inside)
             })
             .collect::<Result<Vec<_>>>()?;
-        let codes: Vec<CodeValues> = (0..inside.len())
-            .flat_map(|i| olats.iter().map(move |olat| olat[i]))
-            .collect();
+        let codes: Vec<CodeValues> =
+            (0..inside.len()).flat_map(|i| olats.iter().map(move |olat| olat[i])).collect();
         if !codes.is_empty() {
             let relit = relit(&codes, lamps, provisional, weights);
             samples.push(PoseSamples::new(pose, mask.size(), inside, relit));
-            poses.push(Pose {
-                codes,
-                frame_match: None,
-            });
+            poses.push(Pose { codes, frame_match: None });
         }
     }
     Ok((poses, samples))
@@ -219,9 +198,8 @@ fn load_frames(
     let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
     let step = shoot.frames.len().div_ceil(FRAMES).max(1);
     let search = shoot.frames.len().div_ceil(SEARCHED_FRAMES).max(1);
-    let wanted: Vec<usize> = (0..shoot.frames.len())
-        .filter(|frame| frame % step == 0 || frame % search == 0)
-        .collect();
+    let wanted: Vec<usize> =
+        (0..shoot.frames.len()).filter(|frame| frame % step == 0 || frame % search == 0).collect();
     let (mut frames, mut matched) = (Vec::new(), vec![None; poses.len()]);
     // A few pictures at a time are in memory.
     for (part, some) in wanted.chunks(8).enumerate() {
@@ -259,10 +237,9 @@ fn load_frames(
 
 /// Refuses mattes without a subject, and a subject that is black or clipped everywhere.
 fn check_light(project: &Project, poses: &[Pose], frames: &[Vec<CodeValues>]) -> Result<()> {
-    for (what, empty) in [
-        ("exemplar_masks", poses.is_empty()),
-        ("interview_masks", frames.is_empty()),
-    ] {
+    for (what, empty) in
+        [("exemplar_masks", poses.is_empty()), ("interview_masks", frames.is_empty())]
+    {
         if empty {
             return Err(Error::invalid(
                 format!(
@@ -287,10 +264,7 @@ fn check_light(project: &Project, poses: &[Pose], frames: &[Vec<CodeValues>]) ->
         }
     };
     for (what, fault) in [
-        (
-            "exemplars",
-            fault(&mut poses.iter().flat_map(|pose| &pose.codes)),
-        ),
+        ("exemplars", fault(&mut poses.iter().flat_map(|pose| &pose.codes))),
         ("interview", fault(&mut frames.iter().flatten())),
     ] {
         if let Some(fault) = fault {
@@ -319,23 +293,16 @@ fn relit(
 
 /// One pixel's light: the sum of its OLATs.
 fn sum(codes: &[CodeValues], table: &ResponseTable, weights: &[[f32; 3]]) -> [f32; 3] {
-    codes
-        .iter()
-        .zip(weights)
-        .fold([0.0; 3], |sum, (code, weight)| {
-            [0, 1, 2].map(|c| sum[c] + weight[c] * table.light(code[c]))
-        })
+    codes.iter().zip(weights).fold([0.0; 3], |sum, (code, weight)| {
+        [0, 1, 2].map(|c| sum[c] + weight[c] * table.light(code[c]))
+    })
 }
 
 /// The quantiles of all pixels of some pictures together, encoded in `[0, 1]`.
 fn encoded_quantiles(pictures: &[Vec<CodeValues>]) -> Quantiles {
     [0, 1, 2].map(|c| {
         let codes = pictures.iter().flatten();
-        quantiles(
-            codes
-                .map(|code| f32::from(code[c]) / f32::from(STEPS))
-                .collect(),
-        )
+        quantiles(codes.map(|code| f32::from(code[c]) / f32::from(STEPS)).collect())
     })
 }
 

@@ -35,10 +35,8 @@ impl InspectableFit<'_> {
         let (low, high) = bounds();
         let place = |i: usize| low + (high - low) * i as f64 / (count - 1) as f64;
         let fit = &self.fit;
-        let least = self.objective.total([
-            f64::from(fit.response.gamma1),
-            f64::from(fit.response.gamma2),
-        ]);
+        let least =
+            self.objective.total([f64::from(fit.response.gamma1), f64::from(fit.response.gamma2)]);
         let mut surface = Surface {
             gammas: (0..count).map(|i| place(i) as f32).collect(),
             cost: vec![],
@@ -54,10 +52,7 @@ impl InspectableFit<'_> {
                 .into_par_iter()
                 .map(|column| {
                     let gammas = [place(column), place(row)];
-                    let score = self
-                        .objective
-                        .linearize(gammas)
-                        .map(|s| self.objective.score(&s));
+                    let score = self.objective.linearize(gammas).map(|s| self.objective.score(&s));
                     score.map_or([f32::NAN; 4], |s| {
                         [
                             (s.cost + gamma_prior(gammas) - least) as f32,

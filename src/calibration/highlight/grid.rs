@@ -153,11 +153,7 @@ impl Grid {
         if series.len() < 2 {
             return vec![0.0; self.solid_angle.len()];
         }
-        let rank = if series.len() < 5 {
-            0
-        } else {
-            series.len() / 2
-        };
+        let rank = if series.len() < 5 { 0 } else { series.len() / 2 };
         (0..self.solid_angle.len())
             .into_par_iter()
             .map_init(Vec::new, |codes: &mut Vec<u16>, cell| {

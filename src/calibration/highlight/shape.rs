@@ -22,13 +22,7 @@ impl Patch {
         let (left, top) = (low(xs().min()), low(ys().min()));
         let (right, bottom) = (high(xs().max(), grid.width), high(ys().max(), grid.height));
         let (width, height) = (right + 1 - left, bottom + 1 - top);
-        let mut patch = Self {
-            left,
-            top,
-            width,
-            height,
-            inside: vec![false; width * height],
-        };
+        let mut patch = Self { left, top, width, height, inside: vec![false; width * height] };
         for (x, y) in xs().zip(ys()) {
             patch.inside[(y + 1 - top) * width + x + 1 - left] = true;
         }
@@ -48,9 +42,8 @@ impl Patch {
     /// 2012: lower envelopes of parabolas, along columns, then rows).
     fn squared_distances(&self, target: impl Fn(usize) -> bool) -> Vec<f32> {
         let far = (self.width * self.width + self.height * self.height) as f32;
-        let mut field: Vec<f32> = (0..self.inside.len())
-            .map(|i| if target(i) { 0.0 } else { far })
-            .collect();
+        let mut field: Vec<f32> =
+            (0..self.inside.len()).map(|i| if target(i) { 0.0 } else { far }).collect();
         let mut line = Vec::new();
         for x in 0..self.width {
             line.clear();

@@ -36,27 +36,18 @@ fn lamps(ball: &Ball, series: &[Encoded]) -> Vec<Lamp> {
         .unzip();
     aim(&mut footprints, &levels, &grid, &table);
     let names = vec!["lamp".to_owned(); series.len()];
-    measure(&footprints, &geometry, names.iter(), &table)
-        .0
-        .lamps
+    measure(&footprints, &geometry, names.iter(), &table).0.lamps
 }
 
 /// A ball photographed from far away.
 fn far(center_px: [f32; 2], radius_px: f32) -> Ball {
-    Ball {
-        center_px,
-        radius_px,
-        radius_m: 0.05,
-        camera_distance_m: 1e4,
-    }
+    Ball { center_px, radius_px, radius_m: 0.05, camera_distance_m: 1e4 }
 }
 
 /// The numbers in a text file.
 fn numbers(path: &Path) -> Vec<f32> {
     let text = std::fs::read_to_string(path).unwrap();
-    (text.split_whitespace())
-        .map(|word| word.parse().unwrap())
-        .collect()
+    (text.split_whitespace()).map(|word| word.parse().unwrap()).collect()
 }
 
 /// One of the shared balls: its twelve photographs, its circle, and the directions that were published with it.
@@ -88,9 +79,7 @@ pub(crate) fn real_balls() -> Option<[(Vec<Lamp>, Vec<Vec3>); 2]> {
 pub(crate) fn apart_from_published(rig: &light::Rig) -> Vec<f32> {
     let published = [1, 2].map(|number| shiny_ball(number).unwrap().2);
     let mean = |i: usize| (published[0][i] + published[1][i]).normalize();
-    (rig.lamps.iter().enumerate())
-        .map(|(i, lamp)| apart(lamp.direction, mean(i)))
-        .collect()
+    (rig.lamps.iter().enumerate()).map(|(i, lamp)| apart(lamp.direction, mean(i))).collect()
 }
 
 fn apart(a: Vec3, b: Vec3) -> f32 {
@@ -123,10 +112,7 @@ fn lamps_on_two_real_balls_are_where_they_were_published_and_agree_better() {
             assert!(lamp.confidence > 0.5 && lamp.spread_deg < 12.0);
         }
         let off = sorted(off.into_iter());
-        println!(
-            "ball {number}: median {:.2}°, worst {:.2}°",
-            off[6], off[11]
-        );
+        println!("ball {number}: median {:.2}°, worst {:.2}°", off[6], off[11]);
         assert!(off[11] <= 1.5);
     }
     let [first, second] = &balls;

@@ -53,10 +53,7 @@ pub(super) fn weigh(lamps: &[Option<Highlight>], grid: &Grid, room: &[f32]) -> V
         1.0 - same as f32 / others().count().max(1) as f32
     };
     (lamps.iter().enumerate())
-        .map(|(i, lamp)| {
-            lamp.as_ref()
-                .map_or(0.0, |lamp| moves(i, lamp) * chance(lamp))
-        })
+        .map(|(i, lamp)| lamp.as_ref().map_or(0.0, |lamp| moves(i, lamp) * chance(lamp)))
         .collect()
 }
 

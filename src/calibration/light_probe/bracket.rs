@@ -67,9 +67,7 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
         light.pixels[i] = channels.each_ref().map(|channel| finite(channel.light));
         deviation.pixels[i] = channels.each_ref().map(|channel| finite(channel.deviation));
         let any = |source: Source| channels.iter().any(|channel| channel.source == source);
-        clipped.pixels[i] = channels
-            .each_ref()
-            .map(|channel| channel.source == Source::Clipped);
+        clipped.pixels[i] = channels.each_ref().map(|channel| channel.source == Source::Clipped);
         dark_pixels += usize::from(any(Source::Dark));
         gap_pixels += usize::from(any(Source::Gap));
     }
@@ -93,10 +91,7 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
 }
 
 fn refuse<T>(problem: impl Display, remedy: &str) -> Result<T> {
-    Err(Error::invalid(
-        format!("the exposure bracket {problem}"),
-        remedy,
-    ))
+    Err(Error::invalid(format!("the exposure bracket {problem}"), remedy))
 }
 
 /// Refuses photographs and exposures that cannot be a bracket; returns the photographs' size.
@@ -118,11 +113,7 @@ fn check(exposures: &[Exposure]) -> Result<(usize, usize)> {
         }
         if !exposure.stops.is_finite() || exposure.stops.abs() > 64.0 {
             return refuse(
-                format!(
-                    "has an exposure of {} stops for photograph {}",
-                    exposure.stops,
-                    i + 1
-                ),
+                format!("has an exposure of {} stops for photograph {}", exposure.stops, i + 1),
                 "Give each photograph's exposure relative to the first, such as 0, -2, -4",
             );
         }
@@ -186,10 +177,7 @@ struct Channel {
 fn channel(exposures: &[Exposure], ordered: &[&Exposure], i: usize, c: usize) -> Channel {
     let (mut sum, mut weights) = (0.0f64, 0.0f64);
     for Exposure { photograph, stops } in exposures {
-        let (x, sigma) = (
-            photograph.light.pixels[i][c],
-            photograph.deviation.pixels[i][c],
-        );
+        let (x, sigma) = (photograph.light.pixels[i][c], photograph.deviation.pixels[i][c]);
         if photograph.clipped.pixels[i][c] || x <= 2.0 * sigma {
             continue;
         }
@@ -239,9 +227,8 @@ pub fn measured_stops(photographs: &[&Photograph]) -> Vec<Option<f32>> {
         let values = p.light.pixels.iter().flatten();
         values.map(|&v| f64::from(v.min(p.white))).sum()
     };
-    let mut order: Vec<(usize, f64)> = (photographs.iter().enumerate())
-        .map(|(i, p)| (i, brightness(p)))
-        .collect();
+    let mut order: Vec<(usize, f64)> =
+        (photographs.iter().enumerate()).map(|(i, p)| (i, brightness(p))).collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut stops = vec![None; photographs.len()];
     let Some(start) = order.iter().position(|(i, _)| *i == 0) else {

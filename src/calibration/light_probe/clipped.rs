@@ -72,11 +72,7 @@ pub(super) fn estimate(
     let after = energy(light);
     Estimate {
         unestimated_pixels: unestimated.iter().filter(|u| **u).count(),
-        energy_share: if after > 0.0 {
-            (1.0 - energy(&before) / after) as f32
-        } else {
-            0.0
-        },
+        energy_share: if after > 0.0 { (1.0 - energy(&before) / after) as f32 } else { 0.0 },
     }
 }
 
@@ -84,9 +80,7 @@ pub(super) fn estimate(
 fn lamps(clipped: &Raster<[bool; 3]>, usable: &[f32]) -> Vec<Vec<usize>> {
     let is_hot = |i: usize| usable[i] > 0.0 && clipped.pixels[i].contains(&true);
     let parts = connected::parts(clipped.size(), is_hot).into_iter();
-    parts
-        .map(|part| part.into_iter().map(|i| i as usize).collect())
-        .collect()
+    parts.map(|part| part.into_iter().map(|i| i as usize).collect()).collect()
 }
 
 /// The light of the `hot` pixels of a lamp in channel `c`; `None` if no lobe fits.
@@ -118,16 +112,10 @@ fn lobe(
     let middle = |place: &dyn Fn(usize) -> f64| {
         lamp.iter().map(|&i| place(i)).sum::<f64>() / lamp.len() as f64
     };
-    let (cx, cy) = (
-        middle(&|i| (i % width) as f64),
-        middle(&|i| (i / width) as f64),
-    );
+    let (cx, cy) = (middle(&|i| (i % width) as f64), middle(&|i| (i / width) as f64));
     let scale = 1.0 / (radius + 1.0);
     let place = |i: usize| {
-        let (x, y) = (
-            scale * ((i % width) as f64 - cx),
-            scale * ((i / width) as f64 - cy),
-        );
+        let (x, y) = (scale * ((i % width) as f64 - cx), scale * ((i / width) as f64 - cy));
         [1.0, x, y, x * x, x * y, y * y]
     };
     let flank: Vec<([f64; 6], f64)> = (near.iter())
@@ -150,16 +138,13 @@ fn lobe(
     if !(xx < 0.0 && 4.0 * xx * yy > xy * xy) {
         return None;
     }
-    let values: Vec<f64> = (hot.iter())
-        .map(|&i| polynomial(&fit, &place(i)).exp() / range)
-        .collect();
+    let values: Vec<f64> =
+        (hot.iter()).map(|&i| polynomial(&fit, &place(i)).exp() / range).collect();
     let highest = values.iter().copied().fold(0.0, f64::max);
     let darker = values.iter().filter(|v| **v < 1.0).count();
     let fits = darker as f64 <= MAX_DARKER_SHARE * values.len() as f64;
     (fits && highest <= MAX_PEAK).then(|| {
-        let lit = values
-            .iter()
-            .map(|v| (background + range * v.max(1.0)) as f32);
+        let lit = values.iter().map(|v| (background + range * v.max(1.0)) as f32);
         lit.collect()
     })
 }

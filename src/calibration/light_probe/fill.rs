@@ -102,9 +102,8 @@ mod tests {
         let (width, height) = (128, 64);
         let at = |i: usize| texel_direction(i % width, i / width, width, height);
         let truth = Image::from_fn(width, height, |x, y| [value(at(y * width + x)); 3]);
-        let seen: Vec<bool> = (0..width * height)
-            .map(|i| at(i).angle_between(axis) > radius)
-            .collect();
+        let seen: Vec<bool> =
+            (0..width * height).map(|i| at(i).angle_between(axis) > radius).collect();
         let mut image = truth.clone();
         for (pixel, seen) in image.pixels.iter_mut().zip(&seen) {
             if !seen {
@@ -118,12 +117,7 @@ mod tests {
     #[test]
     fn a_harmonic_light_is_continued_exactly() {
         // Stereographic projection is conformal, so its coordinates are harmonic on the sphere.
-        for axis in [
-            Vec3::NEG_Z,
-            Vec3::Z,
-            Vec3::Y,
-            Vec3::new(0.5, -0.8, 0.1).normalize(),
-        ] {
+        for axis in [Vec3::NEG_Z, Vec3::Z, Vec3::Y, Vec3::new(0.5, -0.8, 0.1).normalize()] {
             let side = axis.any_orthonormal_vector();
             let value = |d: Vec3| 2.0 + d.dot(side) / (1.0 + d.dot(axis)).max(0.1);
             let (image, truth, _) = filled(value, axis, 0.6);

@@ -117,9 +117,8 @@ impl Ball {
             Kind::Disc(disc) => disc.farthest(i % width, i / width) <= disc.radius,
             _ => false,
         };
-        let usable: Vec<f32> = (0..photograph.light.pixels.len())
-            .map(|i| f32::from(u8::from(on_ball(i))))
-            .collect();
+        let usable: Vec<f32> =
+            (0..photograph.light.pixels.len()).map(|i| f32::from(u8::from(on_ball(i)))).collect();
         let pixels = usable.iter().filter(|u| **u > 0.0).count();
         if pixels == 0 {
             let (width, height) = photograph.size();
@@ -133,9 +132,8 @@ impl Ball {
             ));
         }
         let channels = photograph.clipped.pixels.iter().zip(&usable);
-        let count = channels
-            .filter(|(clipped, usable)| **usable > 0.0 && clipped.contains(&true))
-            .count();
+        let count =
+            channels.filter(|(clipped, usable)| **usable > 0.0 && clipped.contains(&true)).count();
         let mut light = photograph.light.clone();
         let mut estimate = clipped::Estimate::default();
         if clipped == ClippedLight::Estimate && count > 0 {
@@ -143,14 +141,7 @@ impl Ball {
             estimate = clipped::estimate(&mut light, &photograph.clipped, &usable, &angles);
         }
         let radiance = light.map(|pixel| [0, 1, 2].map(|c| pixel[c] / view.reflectivity[c]));
-        Ok(Self {
-            radiance,
-            usable,
-            view: *view,
-            pixels,
-            clipped: count,
-            estimate,
-        })
+        Ok(Self { radiance, usable, view: *view, pixels, clipped: count, estimate })
     }
 
     /// The angle from the camera in radians that the ball shows at a distance from its middle, in radii.

@@ -64,11 +64,8 @@ impl Photograph {
     pub fn from_linear(picture: Image, white: Option<f32>) -> Self {
         let white = white.filter(|w| *w > 0.0).unwrap_or(f32::INFINITY);
         let clipped = picture.map(|pixel| pixel.map(|v| v >= white || v == f32::INFINITY));
-        let Environment {
-            radiance: light,
-            repaired_texels,
-            ..
-        } = Environment::from_radiance("", picture);
+        let Environment { radiance: light, repaired_texels, .. } =
+            Environment::from_radiance("", picture);
         let noise = |v: f32| match white.is_finite() {
             true => (white / 4096.0).hypot((v * white / FULL_WELL).sqrt()),
             false => v / 2048.0,
@@ -89,10 +86,6 @@ impl Photograph {
 
     /// Pixels with a clipped channel, over the whole photograph.
     pub fn clipped_pixels(&self) -> usize {
-        self.clipped
-            .pixels
-            .iter()
-            .filter(|p| p.contains(&true))
-            .count()
+        self.clipped.pixels.iter().filter(|p| p.contains(&true)).count()
     }
 }

@@ -16,9 +16,7 @@ fn near_ball() -> BallView {
     BallView {
         centre_px: [128.0, 128.0],
         radius_px: 116.0,
-        camera: BallCamera::Distance {
-            ball_radii: 4.0 / 0.075,
-        },
+        camera: BallCamera::Distance { ball_radii: 4.0 / 0.075 },
         surroundings_radii: None,
         reflectivity: [1.0; 3],
     }
@@ -83,17 +81,9 @@ fn a_photographed_ball_becomes_the_sky_around_it() {
         BallCamera::Distance { ball_radii: 4.0 },
     ] {
         for surroundings_radii in [None, Some(10.0)] {
-            let view = BallView {
-                camera,
-                surroundings_radii,
-                ..near_ball()
-            };
+            let view = BallView { camera, surroundings_radii, ..near_ball() };
             let probe = probe(photographed(&view, (256, 256), sky), &view);
-            let psnr = psnr(
-                &probe.panorama,
-                &truth((256, 128), sky),
-                outside_blind_cone(&view),
-            );
+            let psnr = psnr(&probe.panorama, &truth((256, 128), sky), outside_blind_cone(&view));
             println!(
                 "{camera:?}, surroundings {surroundings_radii:?}: {psnr:.1} dB, blind {:.4}, filled {:.4}",
                 probe.blind_share, probe.filled_share
@@ -106,14 +96,8 @@ fn a_photographed_ball_becomes_the_sky_around_it() {
 #[test]
 fn the_wrong_distance_is_noticed() {
     // What the test above measures is the geometry: a ball taken for far away is worse.
-    let near = BallView {
-        camera: BallCamera::Distance { ball_radii: 4.0 },
-        ..near_ball()
-    };
-    let far = BallView {
-        camera: BallCamera::Far,
-        ..near
-    };
+    let near = BallView { camera: BallCamera::Distance { ball_radii: 4.0 }, ..near_ball() };
+    let far = BallView { camera: BallCamera::Far, ..near };
     let picture = photographed(&near, (256, 256), sky);
     let [right, wrong] = [near, far].map(|view| {
         psnr(
@@ -139,10 +123,7 @@ fn the_geometry_is_that_of_the_calibration() {
         let ours = BallView::of(&ball, dome).projection((128, 128)).unwrap();
         let angles = ours.solid_angles();
         for pixel in &theirs.pixels {
-            let (x, y) = (
-                (pixel.index % 128) as f64 + 0.5,
-                (pixel.index / 128) as f64 + 0.5,
-            );
+            let (x, y) = ((pixel.index % 128) as f64 + 0.5, (pixel.index / 128) as f64 + 0.5);
             let (direction, _) = ours.look(x, y).unwrap();
             assert!(direction.as_vec3().distance(pixel.direction) < 1e-5);
             let rho = (x - 60.0).hypot(y - 66.0);
@@ -164,12 +145,7 @@ fn a_balls_pixels_and_its_blind_cone_make_a_sphere() {
         surroundings_radii: Some(8.0),
         ..near_ball()
     };
-    let shown: f64 = view
-        .projection((256, 256))
-        .unwrap()
-        .solid_angles()
-        .iter()
-        .sum();
+    let shown: f64 = view.projection((256, 256)).unwrap().solid_angles().iter().sum();
     let cone = 2.0 * PI * (1.0 - view.blind_half_angle_deg().to_radians().cos());
     assert!((shown + cone - 4.0 * PI).abs() < 1e-9);
     assert!(
@@ -185,15 +161,9 @@ fn focal_length_field_of_view_and_distance_are_one_figure() {
     let px = distance.focal_px(radius_px);
     let focal = BallCamera::FocalLength { px };
     let degrees = 2.0 * (3000.0 / px).atan().to_degrees();
-    let field = BallCamera::FieldOfView {
-        degrees,
-        frame_px: 6000.0,
-    };
+    let field = BallCamera::FieldOfView { degrees, frame_px: 6000.0 };
     for camera in [distance, focal, field] {
-        assert!(
-            (camera.distance_radii(radius_px) - 20.0).abs() < 1e-9,
-            "{camera:?}"
-        );
+        assert!((camera.distance_radii(radius_px) - 20.0).abs() < 1e-9, "{camera:?}");
         assert!((camera.focal_px(radius_px) - px).abs() < 1e-6);
     }
     // The silhouette's half angle by both of its definitions.
@@ -220,22 +190,12 @@ fn energy_is_that_of_the_balls_pixels_and_what_was_filled() {
 
 #[test]
 fn the_blind_cone_is_filled_without_a_jump() {
-    let view = BallView {
-        camera: BallCamera::Distance { ball_radii: 3.0 },
-        ..near_ball()
-    };
+    let view = BallView { camera: BallCamera::Distance { ball_radii: 3.0 }, ..near_ball() };
     let probe = probe(photographed(&view, (256, 256), sky), &view);
     let angles = view.projection((256, 256)).unwrap().solid_angles();
-    let ball = Ball::new(
-        &linear(Image::filled(256, 256, [1.0; 3])),
-        &view,
-        ClippedLight::Keep,
-    );
+    let ball = Ball::new(&linear(Image::filled(256, 256, [1.0; 3])), &view, ClippedLight::Keep);
     let usable = ball.unwrap().usable;
-    let shown: f64 = (0..angles.len())
-        .filter(|&i| usable[i] > 0.0)
-        .map(|i| angles[i])
-        .sum();
+    let shown: f64 = (0..angles.len()).filter(|&i| usable[i] > 0.0).map(|i| angles[i]).sum();
     let blind = 1.0 - shown / (4.0 * PI);
     // The cone alone is sin²(19.5°/2) = 2.9 % of the sphere; the rest are pixels that the rim cuts.
     assert!(blind > 0.0287 && (f64::from(probe.blind_share) - blind).abs() < 1e-4);
@@ -244,28 +204,15 @@ fn the_blind_cone_is_filled_without_a_jump() {
     let sky = truth((256, 128), sky);
     for (x, c) in (106..150).flat_map(|x| [(x, 0), (x, 1), (x, 2)]) {
         let step = |image: &Image| (image.at(x, 64)[c] - image.at(x + 1, 64)[c]).abs();
-        assert!(
-            step(&probe.panorama) < step(&sky) + 0.015,
-            "{x}: {}",
-            step(&probe.panorama)
-        );
+        assert!(step(&probe.panorama) < step(&sky) + 0.015, "{x}: {}", step(&probe.panorama));
     }
 }
 
 #[test]
 fn the_balls_reflectivity_is_divided_out() {
-    let view = BallView {
-        reflectivity: [0.7, 0.65, 0.6],
-        ..near_ball()
-    };
+    let view = BallView { reflectivity: [0.7, 0.65, 0.6], ..near_ball() };
     let probe = probe(photographed(&view, (256, 256), sky), &view);
-    assert!(
-        psnr(
-            &probe.panorama,
-            &truth((256, 128), sky),
-            outside_blind_cone(&view)
-        ) > 45.0
-    );
+    assert!(psnr(&probe.panorama, &truth((256, 128), sky), outside_blind_cone(&view)) > 45.0);
 }
 
 #[test]
@@ -280,11 +227,8 @@ fn the_shared_stages_ball_shows_a_lamp_where_it_is() {
     let bank = DVec3::from_array([0, 1, 2].map(|i| bank[i].as_f64().unwrap())).normalize();
     let picture = imaging::file::read_encoded(&path).unwrap();
     let response = Response::Power(2.2);
-    let view = BallView {
-        surroundings_radii: Some(4.0 / 0.075),
-        radius_px: 256.0 / 2.2,
-        ..near_ball()
-    };
+    let view =
+        BallView { surroundings_radii: Some(4.0 / 0.075), radius_px: 256.0 / 2.2, ..near_ball() };
     let photograph = Photograph::from_encoded(&picture, &response);
     let probe = light_probe(&photograph, &view, ClippedLight::Keep, (256, 128)).unwrap();
     let environment = Environment::from_radiance("", probe.panorama);

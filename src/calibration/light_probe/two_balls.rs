@@ -107,11 +107,7 @@ pub fn merge_balls(
         ],
         sides: [&first, &second],
     };
-    let turn = if settings.refine {
-        overlap.refined(given)
-    } else {
-        given
-    };
+    let turn = if settings.refine { overlap.refined(given) } else { given };
     let (ratio, disagreement) = overlap.ratio(turn).unwrap_or((0.0, 0.0));
     let size = settings.size;
     let (ours, ours_shown) = first.ball.unwrapped(size, DQuat::IDENTITY)?;

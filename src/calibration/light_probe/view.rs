@@ -82,9 +82,7 @@ impl BallView {
         Self {
             centre_px: ball.center_px.map(f64::from),
             radius_px: f64::from(ball.radius_px),
-            camera: BallCamera::Distance {
-                ball_radii: radii(ball.camera_distance_m),
-            },
+            camera: BallCamera::Distance { ball_radii: radii(ball.camera_distance_m) },
             surroundings_radii: dome_radius_m.map(radii),
             reflectivity: [1.0; 3],
         }

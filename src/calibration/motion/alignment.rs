@@ -131,49 +131,41 @@ impl Pictures {
         for shift in &mut shifts {
             (0..SHIFTS).for_each(|k| shift[k] -= mean[k]);
         }
-        let is_sound = shifts
-            .iter()
-            .flatten()
-            .all(|v: &f64| v.is_finite() && v.abs() < 0.2);
+        let is_sound = shifts.iter().flatten().all(|v: &f64| v.is_finite() && v.abs() < 0.2);
         is_sound.then_some(Alignment { shifts, noise })
     }
 
     /// The pictures with the subject in its middle place.
     fn unmoved(&self, shifts: &[[f64; SHIFTS]]) -> Unmoved {
         let side = self.side;
-        let made = self
-            .pictures
-            .par_iter()
-            .zip(shifts)
-            .map(|(picture, shift)| {
-                let shift = shift.map(|v| (v * side as f64) as f32);
-                let light: Vec<f32> = (0..side * side)
-                    .map(|i| {
-                        let turn = self.head[i];
-                        let x = (i % side) as f32 + shift[0] + turn * shift[2];
-                        let y = (i / side) as f32 + shift[1] + turn * shift[3];
-                        between(picture, side, x, y)
-                    })
-                    .collect();
-                let at = |x: usize, y: usize| light[y.min(side - 1) * side + x.min(side - 1)];
-                // Scharr's derivatives, and the light with the same blur across.
-                let blur = |of: &dyn Fn(usize) -> f32, i: usize| {
-                    (3.0 * of(i.saturating_sub(1)) + 10.0 * of(i) + 3.0 * of(i + 1)) / 16.0
-                };
-                let half = |of: &dyn Fn(usize) -> f32, i: usize| {
-                    0.5 * (of(i + 1) - of(i.saturating_sub(1)))
-                };
-                let pick = |f: &dyn Fn(usize, usize) -> f32| -> Vec<f32> {
-                    self.shown.iter().map(|&i| f(i % side, i / side)).collect()
-                };
-                (
-                    pick(&|x, y| blur(&|y| blur(&|x| at(x, y), x), y)),
-                    [
-                        pick(&|x, y| blur(&|y| half(&|x| at(x, y), x), y)),
-                        pick(&|x, y| half(&|y| blur(&|x| at(x, y), x), y)),
-                    ],
-                )
-            });
+        let made = self.pictures.par_iter().zip(shifts).map(|(picture, shift)| {
+            let shift = shift.map(|v| (v * side as f64) as f32);
+            let light: Vec<f32> = (0..side * side)
+                .map(|i| {
+                    let turn = self.head[i];
+                    let x = (i % side) as f32 + shift[0] + turn * shift[2];
+                    let y = (i / side) as f32 + shift[1] + turn * shift[3];
+                    between(picture, side, x, y)
+                })
+                .collect();
+            let at = |x: usize, y: usize| light[y.min(side - 1) * side + x.min(side - 1)];
+            // Scharr's derivatives, and the light with the same blur across.
+            let blur = |of: &dyn Fn(usize) -> f32, i: usize| {
+                (3.0 * of(i.saturating_sub(1)) + 10.0 * of(i) + 3.0 * of(i + 1)) / 16.0
+            };
+            let half =
+                |of: &dyn Fn(usize) -> f32, i: usize| 0.5 * (of(i + 1) - of(i.saturating_sub(1)));
+            let pick = |f: &dyn Fn(usize, usize) -> f32| -> Vec<f32> {
+                self.shown.iter().map(|&i| f(i % side, i / side)).collect()
+            };
+            (
+                pick(&|x, y| blur(&|y| blur(&|x| at(x, y), x), y)),
+                [
+                    pick(&|x, y| blur(&|y| half(&|x| at(x, y), x), y)),
+                    pick(&|x, y| half(&|y| blur(&|x| at(x, y), x), y)),
+                ],
+            )
+        });
         let (light, slopes) = made.unzip();
         Unmoved { light, slopes }
     }
@@ -182,16 +174,11 @@ impl Pictures {
     fn floor(&self, light: &[Vec<f32>]) -> Option<Vec<f32>> {
         let mut mean = vec![0.0f32; self.shown.len()];
         for picture in light {
-            mean.iter_mut()
-                .zip(picture)
-                .for_each(|(m, v)| *m += v / light.len() as f32);
+            mean.iter_mut().zip(picture).for_each(|(m, v)| *m += v / light.len() as f32);
         }
         let level = mean.iter().sum::<f32>() / mean.len() as f32;
-        (level > 0.0 && level.is_finite()).then(|| {
-            mean.iter()
-                .map(|m| RELATIVE[1] * m + RELATIVE[2] * level)
-                .collect()
-        })
+        (level > 0.0 && level.is_finite())
+            .then(|| mean.iter().map(|m| RELATIVE[1] * m + RELATIVE[2] * level).collect())
     }
 
     /// What picture `i` says of all shifts; `None` if it cannot be predicted.
@@ -205,9 +192,8 @@ impl Pictures {
         let count = unmoved.light.len();
         let own = &unmoved.light[i];
         let others: Vec<usize> = (0..count).filter(|&j| j != i).collect();
-        let weighted: Vec<Vec<f32>> = (others.iter())
-            .map(|&j| product(&unmoved.light[j], weights))
-            .collect();
+        let weighted: Vec<Vec<f32>> =
+            (others.iter()).map(|&j| product(&unmoved.light[j], weights)).collect();
         let (shares, normal) = match prediction {
             Prediction::Mean => {
                 let mean = combined(&others, &vec![1.0; others.len()], |j| &unmoved.light[j]);
@@ -234,13 +220,7 @@ impl Pictures {
                     }
                     None => (vec![], vec![]),
                 };
-                Design {
-                    row,
-                    pixels,
-                    weighted: weighted_pixels,
-                    cross,
-                    explained,
-                }
+                Design { row, pixels, weighted: weighted_pixels, cross, explained }
             })
             .collect();
         let ridge = normal.map_or(0.0, |normal| normal.ridge);
@@ -344,13 +324,8 @@ fn solve(equations: &[Equations], count: usize) -> Option<(Vec<f64>, Cholesky)> 
     let n = count * SHIFTS;
     let (mut gram, mut target) = (vec![0.0; n * n], vec![0.0; n]);
     for one in equations {
-        gram.iter_mut()
-            .zip(&one.gram)
-            .for_each(|(sum, v)| *sum += v);
-        target
-            .iter_mut()
-            .zip(&one.target)
-            .for_each(|(sum, v)| *sum += v);
+        gram.iter_mut().zip(&one.gram).for_each(|(sum, v)| *sum += v);
+        target.iter_mut().zip(&one.target).for_each(|(sum, v)| *sum += v);
     }
     let mean = (0..n).map(|i| gram[i * n + i]).sum::<f64>() / n as f64;
     if !(mean > 0.0 && mean.is_finite()) {
@@ -380,17 +355,13 @@ fn weights(predicted: &[f32], floor: &[f32], trust: Option<&Vec<f32>>) -> Vec<f3
 fn trusts(equations: &[Equations], floor: &[f32]) -> Vec<Vec<f32>> {
     let each = equations.iter().map(|e| {
         let weights = weights(&e.prediction, floor, None);
-        let errors: Vec<f32> = (e.residual.iter().zip(&weights))
-            .map(|(r, w)| r.abs() * w.sqrt())
-            .collect();
+        let errors: Vec<f32> =
+            (e.residual.iter().zip(&weights)).map(|(r, w)| r.abs() * w.sqrt()).collect();
         let mut sorted = errors.clone();
         sorted.sort_by(f32::total_cmp);
         // The median of a normal distribution's absolute values is 0.6745 deviations.
         let typical = (sorted[sorted.len() / 2] / 0.6745).max(1e-6);
-        errors
-            .iter()
-            .map(|e| 1.0 / (e / typical / HUBER).max(1.0))
-            .collect()
+        errors.iter().map(|e| 1.0 / (e / typical / HUBER).max(1.0)).collect()
     });
     each.collect()
 }

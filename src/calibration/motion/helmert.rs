@@ -29,12 +29,9 @@ pub fn contrasts(values: &[f64]) -> Vec<f64> {
 /// The covariance of the contrasts of values with covariance `matrix`, n × n.
 pub fn contrasted(matrix: &[f64], n: usize) -> Vec<f64> {
     let half: Vec<Vec<f64>> = matrix.chunks(n).map(contrasts).collect();
-    let columns: Vec<Vec<f64>> = (0..n - 1)
-        .map(|j| contrasts(&half.iter().map(|row| row[j]).collect::<Vec<_>>()))
-        .collect();
-    (0..n - 1)
-        .flat_map(|i| columns.iter().map(move |column| column[i]))
-        .collect()
+    let columns: Vec<Vec<f64>> =
+        (0..n - 1).map(|j| contrasts(&half.iter().map(|row| row[j]).collect::<Vec<_>>())).collect();
+    (0..n - 1).flat_map(|i| columns.iter().map(move |column| column[i])).collect()
 }
 
 #[cfg(test)]

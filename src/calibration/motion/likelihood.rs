@@ -63,14 +63,11 @@ impl Problem {
         let (poses, n) = (series.len(), series.first()?.times.len());
         let values: Vec<Vec<f64>> = series.iter().map(components).collect();
         let sum = |part: usize, i: usize| -> f64 {
-            (0..poses)
-                .map(|p| turn(part, p, poses) * values[p][i])
-                .sum()
+            (0..poses).map(|p| turn(part, p, poses) * values[p][i]).sum()
         };
         let length = SHIFTS * (n - 1);
-        let parts: Vec<Vec<f64>> = (0..poses)
-            .map(|part| (0..length).map(|i| sum(part, i)).collect())
-            .collect();
+        let parts: Vec<Vec<f64>> =
+            (0..poses).map(|part| (0..length).map(|i| sum(part, i)).collect()).collect();
         let mut noise = vec![0.0; length * length];
         for one in series {
             for (sum, v) in noise.iter_mut().zip(noise_of(one)) {
@@ -102,9 +99,8 @@ impl Problem {
     /// `None` if the covariances are not positive definite.
     fn factors(&self, sizes: &Sizes) -> Option<Factors> {
         let n = self.times.len();
-        let smooth: Vec<f64> = (0..n * n)
-            .map(|i| kernel(self.times[i / n], self.times[i % n], sizes))
-            .collect();
+        let smooth: Vec<f64> =
+            (0..n * n).map(|i| kernel(self.times[i / n], self.times[i % n], sizes)).collect();
         let smooth = contrasted(&smooth, n);
         let (m, length) = (n - 1, SHIFTS * (n - 1));
         let factor = |of_own: f64| {
@@ -121,10 +117,7 @@ impl Problem {
             }
             Cholesky::new(matrix, length)
         };
-        Some(Factors {
-            first: factor(self.poses as f64)?,
-            others: factor(0.0)?,
-        })
+        Some(Factors { first: factor(self.poses as f64)?, others: factor(0.0)? })
     }
 
     /// `None` if the sizes are not possible.
@@ -134,10 +127,7 @@ impl Problem {
             let z = covariance.forward(part);
             -0.5 * z.iter().map(|v| v * v).sum::<f64>() - covariance.half_log_determinant()
         };
-        let rest: f64 = self.parts[1..]
-            .iter()
-            .map(|part| of(part, &factors.others))
-            .sum();
+        let rest: f64 = self.parts[1..].iter().map(|part| of(part, &factors.others)).sum();
         Some(of(&self.parts[0], &factors.first) + rest)
     }
 
@@ -149,16 +139,10 @@ impl Problem {
         let rows: Vec<Vec<f64>> = (at.iter())
             .map(|&a| self.times.iter().map(|&b| kernel(a, b, sizes)).collect())
             .collect();
-        let mean: Vec<f64> = (0..n)
-            .map(|i| rows.iter().map(|row| row[i]).sum::<f64>() / at.len() as f64)
-            .collect();
+        let mean: Vec<f64> =
+            (0..n).map(|i| rows.iter().map(|row| row[i]).sum::<f64>() / at.len() as f64).collect();
         let less = |row: &Vec<f64>| -> Vec<f64> {
-            contrasts(
-                &row.iter()
-                    .zip(&mean)
-                    .map(|(a, b)| a - b)
-                    .collect::<Vec<_>>(),
-            )
+            contrasts(&row.iter().zip(&mean).map(|(a, b)| a - b).collect::<Vec<_>>())
         };
         let rows: Vec<Vec<f64>> = rows.iter().map(less).collect();
         let before = centred_variances(at, sizes);
@@ -189,11 +173,7 @@ impl Problem {
             place
         };
         let poses = 0..self.poses;
-        Some(
-            poses
-                .map(|pose| (0..at.len()).map(|i| place(pose, i)).collect())
-                .collect(),
-        )
+        Some(poses.map(|pose| (0..at.len()).map(|i| place(pose, i)).collect()).collect())
     }
 }
 
@@ -253,13 +233,8 @@ fn kernel(a: f64, b: f64, sizes: &Sizes) -> f64 {
 /// Variances of the path less its mean over the times.
 fn centred_variances(at: &[f64], sizes: &Sizes) -> Vec<f64> {
     let n = at.len() as f64;
-    let means: Vec<f64> = at
-        .iter()
-        .map(|&a| at.iter().map(|&b| kernel(a, b, sizes)).sum::<f64>() / n)
-        .collect();
+    let means: Vec<f64> =
+        at.iter().map(|&a| at.iter().map(|&b| kernel(a, b, sizes)).sum::<f64>() / n).collect();
     let all = means.iter().sum::<f64>() / n;
-    means
-        .iter()
-        .map(|m| sizes.path.powi(2) - 2.0 * m + all)
-        .collect()
+    means.iter().map(|m| sizes.path.powi(2) - 2.0 * m + all).collect()
 }

@@ -54,9 +54,7 @@ pub(super) fn find(
     Ok(Motion {
         seen_in,
         lamps: order.iter().map(|&lamp| shoot.lamp(lamp).clone()).collect(),
-        poses: poses
-            .filter_map(|(pose, name)| paths.motion(pose, name, side_px))
-            .collect(),
+        poses: poses.filter_map(|(pose, name)| paths.motion(pose, name, side_px)).collect(),
     })
 }
 
@@ -78,9 +76,8 @@ fn paths(
         Some(_) => SeenIn::Tracking,
         None => SeenIn::Olats,
     };
-    let lamp_times: Vec<f32> = (0..order.len())
-        .map(|place| lamp_time(place, order.len()))
-        .collect();
+    let lamp_times: Vec<f32> =
+        (0..order.len()).map(|place| lamp_time(place, order.len())).collect();
     let chosen = evenly(order.len(), LAMPS);
     let (mut times, mut aligned) = (Vec::new(), Vec::new());
     for pose in 0..shoot.poses.len() {
@@ -95,11 +92,7 @@ fn paths(
         let (files, at, prediction): (Vec<Picture>, Vec<f32>, _) = match &tracked {
             Some(tracked) => {
                 let frames = &tracked[pose];
-                (
-                    frames.pictures.clone(),
-                    frames.times.clone(),
-                    Prediction::Mean,
-                )
+                (frames.pictures.clone(), frames.times.clone(), Prediction::Mean)
             }
             None => {
                 let (files, at) = (chosen.iter())
@@ -129,9 +122,8 @@ fn paths(
         aligned.push(pictures.align(prediction));
         times.push(at);
     }
-    let lamps: Vec<Option<Vec3>> = (chosen.iter())
-        .map(|&place| directions.get(order[place]).copied().flatten())
-        .collect();
+    let lamps: Vec<Option<Vec3>> =
+        (chosen.iter()).map(|&place| directions.get(order[place]).copied().flatten()).collect();
     let lamps = (seen_in == SeenIn::Olats).then_some(&lamps[..]);
     Ok((Paths::new(&aligned, &times, &lamp_times, lamps), seen_in))
 }
@@ -166,9 +158,7 @@ fn lamp_time(place: usize, lamps: usize) -> f32 {
 /// At most `most` of `count` places, evenly spaced.
 fn evenly(count: usize, most: usize) -> Vec<usize> {
     let some = count.min(most);
-    (0..some)
-        .map(|i| (2 * i + 1) * count / (2 * some))
-        .collect()
+    (0..some).map(|i| (2 * i + 1) * count / (2 * some)).collect()
 }
 
 /// Luminances of a picture at the size in which it is aligned.

@@ -28,13 +28,10 @@ const PIXEL: f64 = 1.0 / 256.0;
 /// A size of the model, the values that are tried, and where it goes.
 type Parameter = (&'static [f64], fn(&mut Sizes, f64));
 
-const FACTORS: [f64; 13] = [
-    0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0,
-];
+const FACTORS: [f64; 13] =
+    [0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 /// Pixels of 256.
-const PRETENDED: [f64; 13] = [
-    0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1, 1.6, 2.2, 3.5, 5.0, 8.0,
-];
+const PRETENDED: [f64; 13] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1, 1.6, 2.2, 3.5, 5.0, 8.0];
 const PATHS: [f64; 6] = [0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
 const LENGTHS: [f64; 5] = [0.08, 0.15, 0.3, 0.6, 1.2];
 
@@ -46,23 +43,16 @@ const PRETENCE: [Parameter; 5] = [
     (&PRETENDED, |sizes, v| sizes.pose[1] = v * PIXEL),
     (&[0.0, 0.15, 0.3, 0.6, 0.85], |sizes, v| sizes.near = v),
 ];
-const PATH: [Parameter; 2] = [
-    (&PATHS, |sizes, v| sizes.path = v * PIXEL),
-    (&LENGTHS, |sizes, v| sizes.length = v),
-];
+const PATH: [Parameter; 2] =
+    [(&PATHS, |sizes, v| sizes.path = v * PIXEL), (&LENGTHS, |sizes, v| sizes.length = v)];
 
 /// The paths of all poses at times `at`, whose mean over these is 0. If nothing moves for sure, they are 0 and their
 /// variances say what could be unseen. `None` if too little is known to tell. `lamps` says where each picture's lamp is
 /// (`None` if that is not known); it is `None` itself if all pictures are lit alike.
 pub fn find(series: &[Series], at: &[f32], lamps: Option<&[Option<Vec3>]>) -> Option<Vec<Path>> {
-    if series
-        .iter()
-        .any(|s| s.times != series.first().map_or(&[][..], |f| f.times))
-    {
+    if series.iter().any(|s| s.times != series.first().map_or(&[][..], |f| f.times)) {
         // Poses that were taken at different times, each by itself.
-        let each = series
-            .iter()
-            .map(|one| find(std::slice::from_ref(one), at, lamps));
+        let each = series.iter().map(|one| find(std::slice::from_ref(one), at, lamps));
         let paths: Option<Vec<Vec<Path>>> = each.collect();
         return paths.map(|paths| paths.into_iter().flatten().collect());
     }
@@ -93,14 +83,8 @@ pub fn find(series: &[Series], at: &[f32], lamps: Option<&[Option<Vec3>]>) -> Op
 
 /// The most likely sizes without a path, and with one.
 fn most_likely(problem: &Problem, lit_in_turn: bool) -> Option<((f64, Sizes), (f64, Sizes))> {
-    let mut start = Sizes {
-        noise: 1.0,
-        own: [0.0; 2],
-        pose: [0.0; 2],
-        near: 0.0,
-        path: 0.0,
-        length: 0.3,
-    };
+    let mut start =
+        Sizes { noise: 1.0, own: [0.0; 2], pose: [0.0; 2], near: 0.0, path: 0.0, length: 0.3 };
     let mut parameters = vec![NOISE];
     if lit_in_turn {
         start.noise = 8.0;
@@ -109,10 +93,7 @@ fn most_likely(problem: &Problem, lit_in_turn: bool) -> Option<((f64, Sizes), (f
         parameters.extend(PRETENCE);
     }
     let still = climbed(problem, start, &parameters)?;
-    let start = Sizes {
-        path: 0.2 * PIXEL,
-        ..still.1
-    };
+    let start = Sizes { path: 0.2 * PIXEL, ..still.1 };
     let moving = climbed(problem, start, &[&PATH, &parameters[..]].concat())?;
     Some((still, moving))
 }
@@ -159,19 +140,12 @@ fn averaged(
     let all: Vec<Sizes> = PATHS
         .iter()
         .flat_map(|path| LENGTHS.map(|length| (path * PIXEL, length)))
-        .map(|(path, length)| Sizes {
-            path,
-            length,
-            ..moving.1
-        })
+        .map(|(path, length)| Sizes { path, length, ..moving.1 })
         .collect();
     let likelihoods: Vec<f64> = (all.par_iter())
         .map(|sizes| problem.log_likelihood(sizes).unwrap_or(f64::NEG_INFINITY))
         .collect();
-    let most = likelihoods
-        .iter()
-        .copied()
-        .fold(f64::NEG_INFINITY, f64::max);
+    let most = likelihoods.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if !most.is_finite() {
         return None;
     }
@@ -200,9 +174,8 @@ fn averaged(
         }
         mean
     };
-    let paths = (0..problem.poses())
-        .map(|pose| (0..at.len()).map(|i| place(pose, i)).collect())
-        .collect();
+    let paths =
+        (0..problem.poses()).map(|pose| (0..at.len()).map(|i| place(pose, i)).collect()).collect();
     Some((log_odds, paths))
 }
 
@@ -228,9 +201,7 @@ mod tests {
                 (own + noise + body) * PIXEL
             })
         };
-        (0..POSES)
-            .map(|pose| (0..LAMPS).map(|lamp| at(pose, lamp)).collect())
-            .collect()
+        (0..POSES).map(|pose| (0..LAMPS).map(|lamp| at(pose, lamp)).collect()).collect()
     }
 
     fn way(pose: usize, lamp: usize) -> f64 {
@@ -238,20 +209,12 @@ mod tests {
     }
 
     fn found(shifts: &[Vec<[f64; 4]>]) -> Vec<Path> {
-        let times: Vec<f32> = (0..LAMPS)
-            .map(|i| (i as f32 + 0.5) / LAMPS as f32)
-            .collect();
+        let times: Vec<f32> = (0..LAMPS).map(|i| (i as f32 + 0.5) / LAMPS as f32).collect();
         let n = 4 * LAMPS;
-        let noise: Vec<f64> = (0..n * n)
-            .map(|i| f64::from(i / n == i % n) * 0.1 * PIXEL * PIXEL)
-            .collect();
-        let series: Vec<Series> = (shifts.iter())
-            .map(|shifts| Series {
-                times: &times,
-                shifts,
-                noise: &noise,
-            })
-            .collect();
+        let noise: Vec<f64> =
+            (0..n * n).map(|i| f64::from(i / n == i % n) * 0.1 * PIXEL * PIXEL).collect();
+        let series: Vec<Series> =
+            (shifts.iter()).map(|shifts| Series { times: &times, shifts, noise: &noise }).collect();
         find(&series, &times, Some(&[None; LAMPS])).unwrap()
     }
 
@@ -287,11 +250,7 @@ mod tests {
     #[test]
     fn few_pictures_and_values_that_are_nan_tell_nothing() {
         let times = [0.1, 0.5, 0.9];
-        let series = |times, shifts, noise| Series {
-            times,
-            shifts,
-            noise,
-        };
+        let series = |times, shifts, noise| Series { times, shifts, noise };
         let (three, noise) = ([[0.0; 4]; 3], [0.0; 144]);
         assert!(find(&[series(&times, &three, &noise)], &times, None).is_none());
         assert!(find(&[], &times, None).is_none());

@@ -8,9 +8,7 @@ pub fn combined<'a>(
 ) -> Vec<f32> {
     let mut sum = vec![0.0f32; picture(others[0]).len()];
     for (&j, &share) in others.iter().zip(shares) {
-        sum.iter_mut()
-            .zip(picture(j))
-            .for_each(|(sum, v)| *sum += share as f32 * v);
+        sum.iter_mut().zip(picture(j)).for_each(|(sum, v)| *sum += share as f32 * v);
     }
     sum
 }

@@ -10,26 +10,12 @@ const SIZE: usize = 64;
 
 /// A project of a stage in `folder`, with its truth.
 fn stage(folder: &File, seed: u64, lamps: usize, trouble: TroubleSettings) -> (Project, Truth) {
-    let settings = StageSettings {
-        frames: 1,
-        size: SIZE,
-        seed,
-        lamps,
-        trouble,
-        ..StageSettings::default()
-    };
+    let settings =
+        StageSettings { frames: 1, size: SIZE, seed, lamps, trouble, ..StageSettings::default() };
     let shoot = folder.join("shoot");
     write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
-    let import = ImportSettings {
-        size: SIZE,
-        seed: 1,
-    };
-    let project = footage::import(
-        &folder.join("project"),
-        &shoot,
-        &import,
-        &Progress::silent(),
-    );
+    let import = ImportSettings { size: SIZE, seed: 1 };
+    let project = footage::import(&folder.join("project"), &shoot, &import, &Progress::silent());
     let truth = std::fs::read(shoot.join("truth.json")).unwrap();
     (project.unwrap(), serde_json::from_slice(&truth).unwrap())
 }
@@ -50,10 +36,7 @@ struct Trouble {
 
 impl Truth {
     fn response(&self) -> Response {
-        Response::Dual(DualGamma {
-            gamma1: self.g1,
-            gamma2: self.g2,
-        })
+        Response::Dual(DualGamma { gamma1: self.g1, gamma2: self.g2 })
     }
 }
 
@@ -67,14 +50,9 @@ struct Comparison {
 
 fn compared(project: &Project, truth: &Truth) -> Comparison {
     let order = order_lit(project);
-    let (paths, _) = paths(
-        project,
-        &truth.response(),
-        &order,
-        &directions(project),
-        &Progress::silent(),
-    )
-    .unwrap();
+    let (paths, _) =
+        paths(project, &truth.response(), &order, &directions(project), &Progress::silent())
+            .unwrap();
     let (mut moved, mut left, mut places) = (0.0, 0.0, 0.0);
     for (pose, sway) in truth.trouble.sway_px.iter().enumerate() {
         let mean = [0, 1].map(|axis: usize| {
@@ -90,10 +68,7 @@ fn compared(project: &Project, truth: &Truth) -> Comparison {
             }
         }
     }
-    Comparison {
-        moved: 256.0 * (moved / places).sqrt(),
-        left: 256.0 * (left / places).sqrt(),
-    }
+    Comparison { moved: 256.0 * (moved / places).sqrt(), left: 256.0 * (left / places).sqrt() }
 }
 
 /// The motion with the lamps where the manifest says that they are.
@@ -120,10 +95,7 @@ fn difference(a: &[Exemplar], b: &[Exemplar]) -> f64 {
     };
     let (a, b) = (pixels(a), pixels(b));
     let code = |v: f32| v.max(0.0).powf(1.0 / 2.2);
-    let squares = a
-        .iter()
-        .zip(&b)
-        .map(|(a, b)| f64::from(code(a[1]) - code(b[1])).powi(2));
+    let squares = a.iter().zip(&b).map(|(a, b)| f64::from(code(a[1]) - code(b[1])).powi(2));
     squares.sum::<f64>() / a.len() as f64
 }
 
@@ -150,10 +122,7 @@ fn a_subject_that_sits_still_stays_bit_for_bit() {
         // With tracking frames and without.
         for _ in 0..2 {
             let motion = found(&project, &response).unwrap();
-            assert!(
-                motion.poses.iter().all(|p| !p.corrected),
-                "{seed}: {motion:?}"
-            );
+            assert!(motion.poses.iter().all(|p| !p.corrected), "{seed}: {motion:?}");
             assert_eq!(motion.sentence(), None);
             keep(&project, &motion);
             let after = Exemplar::load_all(&project, &response).unwrap();
@@ -167,45 +136,26 @@ fn a_subject_that_sits_still_stays_bit_for_bit() {
 
 #[test]
 fn a_sway_is_found_in_the_olats_and_in_tracking_frames_and_taken_back() {
-    let sways = TroubleSettings {
-        sway: Some(3.0),
-        tracking: Some(2),
-        ..TroubleSettings::NONE
-    };
+    let sways = TroubleSettings { sway: Some(3.0), tracking: Some(2), ..TroubleSettings::NONE };
     let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
     let (project, truth) = stage(folders[0].path(), 21, 16, sways);
     let (still, _) = stage(folders[1].path(), 21, 16, TroubleSettings::NONE);
     let response = truth.response();
     let true_olats = Exemplar::load_all(&still, &response).unwrap();
-    let before = difference(
-        &Exemplar::load_all(&project, &response).unwrap(),
-        &true_olats,
-    );
+    let before = difference(&Exemplar::load_all(&project, &response).unwrap(), &true_olats);
     for seen_in in [SeenIn::Tracking, SeenIn::Olats] {
         let comparison = compared(&project, &truth);
         println!("{seen_in:?}: {comparison:?}");
         // More than half of the motion is gone.
-        assert!(
-            comparison.left < 0.5 * comparison.moved,
-            "{seen_in:?}: {comparison:?}"
-        );
+        assert!(comparison.left < 0.5 * comparison.moved, "{seen_in:?}: {comparison:?}");
         let motion = found(&project, &response).unwrap();
         assert_eq!(motion.seen_in, seen_in);
-        assert!(
-            motion.sentence().is_some_and(|s| s.contains("pose00")),
-            "{motion:?}"
-        );
+        assert!(motion.sentence().is_some_and(|s| s.contains("pose00")), "{motion:?}");
         keep(&project, &motion);
-        let after = difference(
-            &Exemplar::load_all(&project, &response).unwrap(),
-            &true_olats,
-        );
+        let after = difference(&Exemplar::load_all(&project, &response).unwrap(), &true_olats);
         println!("{before} and then {after}");
         // Pictures as small as the working size lose detail when they are resampled.
-        assert!(
-            after < 0.8 * before,
-            "{seen_in:?}: {before} and then {after}"
-        );
+        assert!(after < 0.8 * before, "{seen_in:?}: {before} and then {after}");
         std::fs::remove_dir_all(project.shoot_path("tracking")).ok();
         std::fs::remove_file(project.calibration_path()).unwrap();
     }

@@ -61,11 +61,8 @@ fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
 impl Probes {
     /// Light that every ball shows whatever the lamp: the room's own, and the sensor's black level.
     pub(super) fn ambient(&self, table: &ResponseTable) -> [f32; 3] {
-        let backgrounds: Vec<[f32; 3]> = self
-            .footprints
-            .iter()
-            .map(|f| f.background(table))
-            .collect();
+        let backgrounds: Vec<[f32; 3]> =
+            self.footprints.iter().map(|f| f.background(table)).collect();
         [0, 1, 2].map(|c| median(backgrounds.iter().map(|b| b[c])))
     }
 
@@ -133,11 +130,7 @@ impl Probes {
         let left = self.spread(&self.blur, &sums.left);
         let whole = self.spread(&self.blur, &sums.interview);
         let share = |part: f64, whole: f64| {
-            if whole > 0.0 {
-                (part / whole) as f32
-            } else {
-                0.0
-            }
+            if whole > 0.0 { (part / whole) as f32 } else { 0.0 }
         };
         let (mut error, mut power) = (0.0f64, 0.0f64);
         let (mut missing, mut all) = ([0.0f32; 3], [0.0f32; 3]);
@@ -163,9 +156,8 @@ impl Probes {
             .map(|footprint| {
                 let energy = self.lamp_cells(footprint, table);
                 let spread = self.spread(&self.kernel, &energy);
-                let lit = (energy.into_iter().enumerate())
-                    .filter(|(_, e)| *e != [0.0; 3])
-                    .collect();
+                let lit =
+                    (energy.into_iter().enumerate()).filter(|(_, e)| *e != [0.0; 3]).collect();
                 LampCells { lit, spread }
             })
             .collect();
@@ -175,23 +167,17 @@ impl Probes {
         for (c, gram) in grams.iter_mut().enumerate() {
             let product = |a: &LampCells, b: &LampCells| -> f64 {
                 let terms = a.lit.iter();
-                terms
-                    .map(|(cell, e)| f64::from(e[c] * b.spread[*cell][c]))
-                    .sum()
+                terms.map(|(cell, e)| f64::from(e[c] * b.spread[*cell][c])).sum()
             };
-            *gram = lamps
-                .iter()
-                .flat_map(|a| lamps.iter().map(move |b| product(a, b)))
-                .collect();
+            *gram = lamps.iter().flat_map(|a| lamps.iter().map(move |b| product(a, b))).collect();
             let target = lamps.iter().map(|lamp| {
                 let terms = interview.iter().zip(&lamp.spread);
                 terms.map(|(light, k)| f64::from(light[c] * k[c])).sum()
             });
             // What the ball shows of a lamp has an error. A lamp that it hardly shows is that error alone: its weight,
             // which would be anything, is 0, and its neighbours have its light.
-            let mut shown: Vec<f64> = (0..lamps.len())
-                .map(|i| gram[i * (lamps.len() + 1)])
-                .collect();
+            let mut shown: Vec<f64> =
+                (0..lamps.len()).map(|i| gram[i * (lamps.len() + 1)]).collect();
             shown.sort_by(f64::total_cmp);
             let error = HARDLY_SHOWN.powi(2) * shown.get(shown.len() / 2).copied().unwrap_or(0.0);
             let mut unsure = gram.clone();
@@ -206,13 +192,7 @@ impl Probes {
                 }
             }
         }
-        Sums {
-            interview,
-            lamps,
-            grams,
-            weights,
-            left,
-        }
+        Sums { interview, lamps, grams, weights, left }
     }
 
     /// By how much the weights must be expected to be off for the subject, as changes that are independent of each
@@ -263,11 +243,8 @@ impl Probes {
     fn interview_cells(&self, table: &ResponseTable) -> Vec<[f32; 3]> {
         let mut energy = vec![[0.0f32; 3]; self.cells()];
         let ambient = self.interview_ambient(table);
-        for (pixel, code) in self
-            .interview
-            .iter()
-            .enumerate()
-            .filter(|(pixel, _)| self.comparable[*pixel])
+        for (pixel, code) in
+            self.interview.iter().enumerate().filter(|(pixel, _)| self.comparable[*pixel])
         {
             let light = table.rgb(*code);
             let cell = &mut energy[usize::from(self.cell_of_pixel[pixel])];
@@ -282,11 +259,7 @@ impl Probes {
     fn lamp_cells(&self, footprint: &Footprint, table: &ResponseTable) -> Vec<[f32; 3]> {
         let background = footprint.background(table);
         let mut energy = vec![[0.0f32; 3]; self.cells()];
-        for (pixel, code) in footprint
-            .pixels
-            .iter()
-            .filter(|(p, _)| self.comparable[*p as usize])
-        {
+        for (pixel, code) in footprint.pixels.iter().filter(|(p, _)| self.comparable[*p as usize]) {
             let place = *pixel as usize;
             let light = table.rgb(*code);
             let cell = &mut energy[usize::from(self.cell_of_pixel[place])];

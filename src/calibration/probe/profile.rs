@@ -74,10 +74,7 @@ impl CellSums {
         } else {
             0.0
         };
-        [
-            left.max(0.0),
-            (along * along - shared * shared).max(1.0).ln(),
-        ]
+        [left.max(0.0), (along * along - shared * shared).max(1.0).ln()]
     }
 }
 
@@ -91,16 +88,8 @@ impl Profile {
                 .fold([0.0; 2], |sum, cell| [sum[0] + cell[0], sum[1] + cell[1]]);
             pixels * (left + pixels * ROUNDING).max(1e-300).ln() + room
         };
-        let powers = (0..=12).map(|i| {
-            if i == 0 {
-                0.0
-            } else {
-                10f64.powf(0.5 * f64::from(i))
-            }
-        });
-        powers
-            .min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
-            .unwrap_or(0.0)
+        let powers = (0..=12).map(|i| if i == 0 { 0.0 } else { 10f64.powf(0.5 * f64::from(i)) });
+        powers.min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(0.0)
     }
 }
 
@@ -117,11 +106,8 @@ impl Probes {
     /// factor, and an even light may be added; `remainder` is the variance of both relative to the noise, 0 for
     /// none. What varies within a part, from the middle of a lamp's image to its edge, still shows the response.
     pub(crate) fn profile(&self, table: &ResponseTable, remainder: f64) -> Profile {
-        let backgrounds: Vec<[f32; 3]> = self
-            .footprints
-            .iter()
-            .map(|f| f.background(table))
-            .collect();
+        let backgrounds: Vec<[f32; 3]> =
+            self.footprints.iter().map(|f| f.background(table)).collect();
         struct Channel {
             square: f64,
             off: Vec<f64>,
@@ -132,10 +118,7 @@ impl Probes {
             .into_par_iter()
             .map(|c| {
                 let light = |&(lamp, code): &(usize, CodeValues)| {
-                    (
-                        lamp,
-                        f64::from((table.light(code[c]) - backgrounds[lamp][c]).max(0.0)),
-                    )
+                    (lamp, f64::from((table.light(code[c]) - backgrounds[lamp][c]).max(0.0)))
                 };
                 // The last unknown is the room's own light during the interview.
                 let constant = self.footprints.len();
@@ -146,17 +129,10 @@ impl Probes {
                     let certainty = 1.0 / f64::from(table.slope(pixel.interview[c]));
                     terms.clear();
                     terms.extend(
-                        pixel
-                            .lamps
-                            .iter()
-                            .map(light)
-                            .map(|(lamp, l)| (lamp, l * certainty)),
+                        pixel.lamps.iter().map(light).map(|(lamp, l)| (lamp, l * certainty)),
                     );
                     terms.push((constant, certainty));
-                    equations.add(
-                        &terms,
-                        f64::from(table.light(pixel.interview[c])) * certainty,
-                    );
+                    equations.add(&terms, f64::from(table.light(pixel.interview[c])) * certainty);
                 }
                 let x = equations.solve();
                 let sum = |pixel: &ProfilePixel| -> f64 {
@@ -168,10 +144,7 @@ impl Probes {
                 for (pixel, sum) in self.profile.iter().zip(&sums) {
                     let code = pixel.interview[c];
                     let h = 1.0 / f64::from(table.slope(code));
-                    let (a, r) = (
-                        sum * h,
-                        (f64::from(table.light(code)) - sum - x[constant]) * h,
-                    );
+                    let (a, r) = (sum * h, (f64::from(table.light(code)) - sum - x[constant]) * h);
                     let cell = &mut cells[pixel.cell];
                     cell.pixels += 1.0;
                     cell.encoded += (f64::from(code) / f64::from(STEPS)).powi(2);
@@ -193,12 +166,7 @@ impl Probes {
                 });
                 let off: Vec<f64> = off.collect();
                 square += off.iter().map(|off| off * off).sum::<f64>();
-                Channel {
-                    square,
-                    off,
-                    weights: x,
-                    cells,
-                }
+                Channel { square, off, weights: x, cells }
             })
             .collect();
         // Light that is no sum of lamps shows in all channels, noise in each by itself.
@@ -216,10 +184,7 @@ impl Probes {
             weights: lamps
                 .map(|lamp| [0, 1, 2].map(|c: usize| channels[c].weights[lamp] as f32))
                 .collect(),
-            cells: channels
-                .into_iter()
-                .flat_map(|channel| channel.cells)
-                .collect(),
+            cells: channels.into_iter().flat_map(|channel| channel.cells).collect(),
         }
     }
 

@@ -15,10 +15,7 @@ enum Outcome {
     /// Nothing to compare.
     Nothing,
     /// Lamps that are where another lamp should be (lamp, whose place), and lamps that are where no lamp should be.
-    Placed {
-        moved: Vec<(usize, usize)>,
-        lost: Vec<usize>,
-    },
+    Placed { moved: Vec<(usize, usize)>, lost: Vec<usize> },
     /// All lamps are where some lamp should be, but under other names (lamp, whose place).
     Reordered(Vec<(usize, usize)>),
     /// Left and right are exchanged.
@@ -31,19 +28,15 @@ enum Outcome {
 
 /// Compares the lamps that were clearly seen with the layout, without `duplicates`, one of which is wrong.
 pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> LayoutComparison {
-    let nothing = |outcome| LayoutComparison {
-        places: vec![],
-        outcome,
-    };
+    let nothing = |outcome| LayoutComparison { places: vec![], outcome };
     if layout.is_empty() {
         return nothing(Outcome::Nothing);
     }
     if layout.len() != lamps.len() || !layout.iter().all(|d| d.is_normalized()) {
         return nothing(Outcome::WrongCount(layout.len()));
     }
-    let seen: Vec<usize> = (0..lamps.len())
-        .filter(|&i| lamps[i].is_usable() && lamps[i].confidence >= 0.5)
-        .collect();
+    let seen: Vec<usize> =
+        (0..lamps.len()).filter(|&i| lamps[i].is_usable() && lamps[i].confidence >= 0.5).collect();
     let spacings = spacings(layout);
     let tolerance = tolerance(super::median(spacings.iter().copied()));
     let plain = Alignment::find(lamps, layout, &seen, tolerance);
@@ -52,11 +45,8 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> 
     // By chance one lamp in a hundred is within the tolerance of its place, and the pair that suggested the
     // rotation always is: more than half of all lamps cannot be chance. In a small rig two swapped lamps are two
     // less.
-    let enough = if seen.len() < 8 {
-        seen.len().saturating_sub(2).max(3)
-    } else {
-        seen.len() / 2 + 1
-    };
+    let enough =
+        if seen.len() < 8 { seen.len().saturating_sub(2).max(3) } else { seen.len() / 2 + 1 };
     if mirrored.matches >= enough && mirrored.matches > plain.matches + seen.len() / 4 {
         return nothing(Outcome::Mirrored);
     }
@@ -81,19 +71,13 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> 
         .collect();
     let (mut moved, mut lost) = (vec![], vec![]);
     for &lamp in &displaced {
-        let near = free
-            .iter()
-            .copied()
-            .filter(|&p| p != lamp && off(lamp, p) <= tolerance);
+        let near = free.iter().copied().filter(|&p| p != lamp && off(lamp, p) <= tolerance);
         match near.min_by(|&a, &b| off(lamp, a).total_cmp(&off(lamp, b))) {
             Some(place) => moved.push((lamp, place)),
             None => lost.push(lamp),
         }
     }
-    LayoutComparison {
-        places,
-        outcome: Outcome::Placed { moved, lost },
-    }
+    LayoutComparison { places, outcome: Outcome::Placed { moved, lost } }
 }
 
 /// How far in radians a lamp may be from its place, the next being `spacing` away: a third of that, so that
@@ -106,9 +90,7 @@ fn tolerance(spacing: f32) -> f32 {
 fn spacings(layout: &[Vec3]) -> Vec<f32> {
     let nearest = |(i, a): (usize, &Vec3)| {
         let others = layout.iter().enumerate().filter(|(j, _)| *j != i);
-        others
-            .map(|(_, b)| a.angle_between(*b))
-            .fold(std::f32::consts::PI, f32::min)
+        others.map(|(_, b)| a.angle_between(*b)).fold(std::f32::consts::PI, f32::min)
     };
     layout.iter().enumerate().map(nearest).collect()
 }
@@ -119,11 +101,7 @@ fn without_names(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32
     let mut moved = Vec::new();
     for &lamp in seen {
         let nearest = (0..layout.len()).min_by(|&a, &b| off(lamp, a).total_cmp(&off(lamp, b)));
-        moved.extend(
-            nearest
-                .filter(|&p| off(lamp, p) <= tolerance)
-                .map(|p| (lamp, p)),
-        );
+        moved.extend(nearest.filter(|&p| off(lamp, p) <= tolerance).map(|p| (lamp, p)));
     }
     let mut places: Vec<usize> = moved.iter().map(|(_, place)| *place).collect();
     places.sort_unstable();
@@ -151,9 +129,7 @@ impl Alignment {
         // A lamp counts by how near it is (MSAC, Torr and Zisserman 2000): by number alone, many lamps that are
         // near by chance would beat fewer that fit.
         let judge = |rotation: Quat| {
-            let off = seen
-                .iter()
-                .map(|&i| lamps[i].direction.angle_between(rotation * layout[i]));
+            let off = seen.iter().map(|&i| lamps[i].direction.angle_between(rotation * layout[i]));
             let near: Vec<f32> = off.filter(|off| *off <= tolerance).collect();
             let score: f32 = near.iter().map(|off| 1.0 - (off / tolerance).powi(2)).sum();
             (score, near.len())
@@ -164,10 +140,8 @@ impl Alignment {
         let stride = (n * n.saturating_sub(1) / PAIRS).max(1);
         for (i, j) in pairs.step_by(stride) {
             let (i, j) = (seen[i], seen[j]);
-            let frames = (
-                frame(lamps[i].direction, lamps[j].direction),
-                frame(layout[i], layout[j]),
-            );
+            let frames =
+                (frame(lamps[i].direction, lamps[j].direction), frame(layout[i], layout[j]));
             if let (Some(measured), Some(planned)) = frames {
                 let rotation = Quat::from_mat3(&(measured * planned.transpose())).normalize();
                 let score = judge(rotation);
@@ -178,11 +152,8 @@ impl Alignment {
         }
         let rotation = refine(lamps, layout, seen, tolerance, best.0);
         let refined = judge(rotation);
-        let (rotation, (_, matches)) = if refined.0 < best.1.0 {
-            best
-        } else {
-            (rotation, refined)
-        };
+        let (rotation, (_, matches)) =
+            if refined.0 < best.1.0 { best } else { (rotation, refined) };
         Self { rotation, matches }
     }
 }
@@ -234,15 +205,10 @@ impl LayoutComparison {
         let name = |i: usize| rig.lamps[i].name.as_str();
         let chain = |moved: &[(usize, usize)]| {
             let links = moved.iter().take(8);
-            let links: Vec<String> = links
-                .map(|&(a, b)| format!("{} shows {}", name(a), name(b)))
-                .collect();
+            let links: Vec<String> =
+                links.map(|&(a, b)| format!("{} shows {}", name(a), name(b))).collect();
             let more = moved.len().saturating_sub(8);
-            let more = if more > 0 {
-                format!(" and {more} more")
-            } else {
-                String::new()
-            };
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
             format!("{}{more}", links.join(", "))
         };
         let whole = |sentence: String| {

@@ -61,9 +61,7 @@ fn measured(layout: &[Vec3], random: &mut Random) -> Rig {
             clipped: 0.0,
         }
     };
-    Rig {
-        lamps: layout.iter().enumerate().map(lamp).collect(),
-    }
+    Rig { lamps: layout.iter().enumerate().map(lamp).collect() }
 }
 
 fn turned(layout: &[Vec3], turn: Quat) -> Vec<Vec3> {
@@ -71,10 +69,7 @@ fn turned(layout: &[Vec3], turn: Quat) -> Vec<Vec3> {
 }
 
 fn faults(findings: &[Finding]) -> Vec<(Fault, Vec<usize>)> {
-    findings
-        .iter()
-        .map(|f| (f.fault, f.lamps.clone()))
-        .collect()
+    findings.iter().map(|f| (f.fault, f.lamps.clone())).collect()
 }
 
 /// Any dome with its random numbers, and any turn.
@@ -188,11 +183,7 @@ fn a_lamp_that_is_out_is_named() {
     for layout in [&layout[..], &[]] {
         let found = check(&rig, CONE_DEG, layout);
         assert_eq!(faults(&found), [(Fault::NotSeen, vec![7, 9])]);
-        assert!(
-            found[0].sentence.contains("olat_07, olat_09"),
-            "{}",
-            found[0].sentence
-        );
+        assert!(found[0].sentence.contains("olat_07, olat_09"), "{}", found[0].sentence);
     }
 }
 
@@ -204,10 +195,7 @@ fn a_lamp_behind_the_ball_is_told_from_one_that_is_out() {
     rig.lamps[5].confidence = 0.0;
     let beside = Vec3::new(0.0, 14f32.to_radians().sin(), -14f32.to_radians().cos());
     (layout[6], rig.lamps[6].direction) = (beside, beside);
-    assert_eq!(
-        faults(&check(&rig, CONE_DEG, &layout)),
-        [(Fault::BehindBall, vec![5, 6])]
-    );
+    assert_eq!(faults(&check(&rig, CONE_DEG, &layout)), [(Fault::BehindBall, vec![5, 6])]);
     assert_eq!(
         faults(&check(&rig, CONE_DEG, &[])),
         [(Fault::NotSeen, vec![5]), (Fault::BehindBall, vec![6])]
@@ -231,26 +219,16 @@ fn a_ball_that_is_clipped_everywhere_says_so_in_one_sentence() {
     rig.lamps.iter_mut().for_each(|lamp| lamp.clipped = 0.9);
     let found = check(&rig, CONE_DEG, &layout);
     assert_eq!(faults(&found), [(Fault::Clipped, (0..41).collect())]);
-    assert!(
-        found[0].sentence.contains("olat_07 and 33 more"),
-        "{}",
-        found[0].sentence
-    );
+    assert!(found[0].sentence.contains("olat_07 and 33 more"), "{}", found[0].sentence);
 }
 
 #[test]
 fn a_lamp_that_was_taken_twice_is_named() {
     let (layout, mut rig) = forty_one();
-    rig.lamps[12] = Lamp {
-        name: rig.lamps[12].name.clone(),
-        ..rig.lamps[30].clone()
-    };
+    rig.lamps[12] = Lamp { name: rig.lamps[12].name.clone(), ..rig.lamps[30].clone() };
     rig.lamps[12].energy[0] *= 1.02;
     for layout in [&layout[..], &[]] {
-        assert_eq!(
-            faults(&check(&rig, CONE_DEG, layout)),
-            [(Fault::SameLamp, vec![12, 30])]
-        );
+        assert_eq!(faults(&check(&rig, CONE_DEG, layout)), [(Fault::SameLamp, vec![12, 30])]);
     }
 }
 
@@ -272,19 +250,13 @@ fn a_lamp_that_was_moved_is_named() {
         to(i).total_cmp(&to(j))
     });
     rig.lamps[20].direction = (layout[20] + layout[next.unwrap()]).normalize();
-    assert_eq!(
-        faults(&check(&rig, CONE_DEG, &layout)),
-        [(Fault::Misplaced, vec![20])]
-    );
+    assert_eq!(faults(&check(&rig, CONE_DEG, &layout)), [(Fault::Misplaced, vec![20])]);
 }
 
 #[test]
 fn a_layout_of_another_number_of_lamps_is_refused() {
     let (layout, rig) = forty_one();
-    assert_eq!(
-        check(&rig, CONE_DEG, &layout[..40])[0].fault,
-        Fault::WrongLayout
-    );
+    assert_eq!(check(&rig, CONE_DEG, &layout[..40])[0].fault, Fault::WrongLayout);
     assert_eq!(check(&Rig::default(), CONE_DEG, &[]), []);
 }
 
@@ -300,10 +272,7 @@ fn pictures_under_two_names_are_found() {
             Picture::File(path)
         })
         .collect();
-    assert_eq!(
-        same_pictures(&pictures).unwrap(),
-        [vec![0, 2, 5], vec![1, 4]]
-    );
+    assert_eq!(same_pictures(&pictures).unwrap(), [vec![0, 2, 5], vec![1, 4]]);
     assert!(same_pictures(&[folder.path().join("none.png").into()]).is_err());
 }
 
@@ -317,25 +286,16 @@ fn the_shared_shoot_has_a_proper_rig() {
     };
     let probes = Probes::load(&project, &Progress::silent()).unwrap();
     let gamma = |name: &str| truth[name].as_f64().unwrap() as f32;
-    let table = ResponseTable::new(&DualGamma {
-        gamma1: gamma("g1"),
-        gamma2: gamma("g2"),
-    });
+    let table = ResponseTable::new(&DualGamma { gamma1: gamma("g1"), gamma2: gamma("g2") });
     let (mut rig, _) = probes.rig(project.settings.shoot.all_lamps(), &table);
     let cone = probes.ball().blind_half_angle_deg;
     let found = check(&rig, cone, &layout);
     println!("{found:#?}");
     // The dome is a whole sphere: some bank is always behind the ball.
     let others = |found: &[Finding]| -> Vec<(Fault, Vec<usize>)> {
-        faults(found)
-            .into_iter()
-            .filter(|(fault, _)| *fault != Fault::BehindBall)
-            .collect()
+        faults(found).into_iter().filter(|(fault, _)| *fault != Fault::BehindBall).collect()
     };
     assert_eq!(others(&found), []);
     rig.lamps.swap(4, 31);
-    assert_eq!(
-        others(&check(&rig, cone, &layout)),
-        [(Fault::Swapped, vec![4, 31])]
-    );
+    assert_eq!(others(&check(&rig, cone, &layout)), [(Fault::Swapped, vec![4, 31])]);
 }

@@ -30,20 +30,13 @@ fn seen(places: &[Vec3], positions: [Vec3; 2], error_deg: f32) -> (Rig, Vec<Lamp
 #[test]
 fn two_balls_tell_where_near_lamps_are() {
     let positions = [Vec3::new(-0.3, 0.0, 0.0), Vec3::new(0.3, 0.05, 0.0)];
-    let places = [
-        Vec3::new(0.5, 1.2, 1.4),
-        Vec3::new(-1.0, 0.4, 0.8),
-        Vec3::new(0.2, -0.5, 2.0),
-    ];
+    let places = [Vec3::new(0.5, 1.2, 1.4), Vec3::new(-1.0, 0.4, 0.8), Vec3::new(0.2, -0.5, 2.0)];
     let (mut rig, second) = seen(&places, positions, 0.2);
     let two = join(&mut rig, &second, Some(positions), 4.0);
     assert_eq!(two.near.len(), 3, "{two:?}");
     for ((near, lamp), place) in two.near.iter().zip(&rig.lamps).zip(places) {
         let off = near.position_m.distance(place);
-        assert!(
-            off < 3.0 * near.deviation_m && off < 0.15,
-            "{near:?} is not {place}"
-        );
+        assert!(off < 3.0 * near.deviation_m && off < 0.15, "{near:?} is not {place}");
         // From where the subject is, between the balls, it is seen in neither ball's direction.
         assert!(lamp.direction.angle_between(place).to_degrees() < 0.5);
         assert!(lamp.confidence > 0.95);
@@ -67,20 +60,10 @@ fn far_lamps_have_a_direction_and_no_distance() {
 fn balls_that_disagree_are_not_trusted_and_one_that_sees_is_enough() {
     let up = Vec3::new(0.0, 0.6, 0.8);
     let turned = |degrees: f32| glam::Quat::from_rotation_y(degrees.to_radians()) * up;
-    let mut rig = Rig {
-        lamps: vec![
-            lamp(up, 0.9),
-            lamp(up, 0.9),
-            lamp(Vec3::Z, 0.0),
-            lamp(up, 0.6),
-        ],
-    };
-    let second = [
-        lamp(turned(10.0), 0.95),
-        lamp(turned(1.0), 0.9),
-        lamp(up, 0.8),
-        lamp(Vec3::Z, 0.0),
-    ];
+    let mut rig =
+        Rig { lamps: vec![lamp(up, 0.9), lamp(up, 0.9), lamp(Vec3::Z, 0.0), lamp(up, 0.6)] };
+    let second =
+        [lamp(turned(10.0), 0.95), lamp(turned(1.0), 0.9), lamp(up, 0.8), lamp(Vec3::Z, 0.0)];
     let two = join(&mut rig, &second, None, 4.0);
     let [apart, together, second_only, first_only] = &rig.lamps[..] else {
         panic!("four lamps");
@@ -106,11 +89,7 @@ fn two_real_balls_together_are_nearer_to_what_was_published() {
     for (i, lamp) in rig.lamps.iter().enumerate() {
         let published = (first.1[i] + second.1[i]).normalize();
         let off = lamp.direction.angle_between(published).to_degrees();
-        println!(
-            "lamp {:2}: {off:.2}° off, confidence {:.2}",
-            i + 1,
-            lamp.confidence
-        );
+        println!("lamp {:2}: {off:.2}° off, confidence {:.2}", i + 1, lamp.confidence);
         worst = worst.max(off);
         assert!(lamp.confidence > 0.8);
     }

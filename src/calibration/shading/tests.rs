@@ -6,12 +6,8 @@ use imaging::{DualGamma, Encoded, file};
 use proptest::prelude::*;
 use std::path::Path;
 
-const BALL: Ball = Ball {
-    center_px: [40.5, 39.0],
-    radius_px: 36.0,
-    radius_m: 0.05,
-    camera_distance_m: 1.5,
-};
+const BALL: Ball =
+    Ball { center_px: [40.5, 39.0], radius_px: 36.0, radius_m: 0.05, camera_distance_m: 1.5 };
 
 /// A matt ball under one lamp, by ray and sphere: nothing of the code under test. `shine` makes a highlight.
 fn photograph(ball: &Ball, lamp: Vec3, ambient: f32, shine: f32) -> Image {
@@ -61,11 +57,7 @@ fn an_encoded_photograph_leaves_more_than_a_linear_one() {
     let linear = photograph(&BALL, Vec3::new(0.5, 0.3, 0.8).normalize(), 0.02, 0.0);
     let encoded = linear.map(|p| p.map(|v| v.max(0.0).powf(1.0 / 2.2)));
     let left = |picture| lamp_from_shading(&BALL, picture).unwrap().residual;
-    println!(
-        "residual of linear light {:.4}, of encoded {:.4}",
-        left(&linear),
-        left(&encoded)
-    );
+    println!("residual of linear light {:.4}, of encoded {:.4}", left(&linear), left(&encoded));
     assert!(left(&encoded) > 3.0 * left(&linear));
 }
 
@@ -75,10 +67,7 @@ fn a_ball_without_light_is_refused() {
     assert!(lamp_from_shading(&BALL, &dark).is_err());
     assert!(lamp_from_shading(&BALL, &Image::filled(80, 80, [f32::NAN; 3])).is_err());
     assert!(lamp_from_shading(&BALL, &Image::filled(1, 1, [1.0; 3])).is_err());
-    let impossible = Ball {
-        radius_px: 0.0,
-        ..BALL
-    };
+    let impossible = Ball { radius_px: 0.0, ..BALL };
     assert!(lamp_from_shading(&impossible, &dark).is_err());
 }
 
@@ -93,10 +82,7 @@ fn an_evenly_lit_ball_has_no_lamp_and_a_faint_lamp_is_found_before_it() {
     let faint = photograph(&BALL, lamp, 25.0, 0.0).map(|p| p.map(|v| 0.02 * v));
     let found = lamp_from_shading(&BALL, &faint).unwrap();
     let apart = found.direction.angle_between(lamp).to_degrees();
-    assert!(
-        apart < 1.0 && (found.strength - 0.012).abs() < 1e-3,
-        "{found:?}"
-    );
+    assert!(apart < 1.0 && (found.strength - 0.012).abs() < 1e-3, "{found:?}");
     assert!((found.ambient - 0.5).abs() < 1e-3, "{found:?}");
 }
 
@@ -105,9 +91,7 @@ fn far_ball(photographs: &Path, what: &str) -> Ball {
     let mask = photographs.join(format!("{what}/{what}.mask.png"));
     let mask = file::read_encoded(&mask).unwrap();
     let (width, _) = mask.0.size();
-    let on: Vec<usize> = (0..mask.0.pixels.len())
-        .filter(|&i| mask.0.pixels[i][0] > 0.5)
-        .collect();
+    let on: Vec<usize> = (0..mask.0.pixels.len()).filter(|&i| mask.0.pixels[i][0] > 0.5).collect();
     let mean = |of: &dyn Fn(usize) -> usize| {
         on.iter().map(|&i| of(i) as f32 + 0.5).sum::<f32>() / on.len() as f32
     };
@@ -129,17 +113,12 @@ fn a_chrome_ball_and_a_grey_one_agree_on_twelve_lamps() {
         file::read_encoded(&photographs.join(format!("{what}/{what}.{lamp}.png"))).unwrap()
     };
     let geometry = MirrorBall::new(&chrome, None, read("chrome", 0).0.size()).unwrap();
-    let table = ResponseTable::new(&DualGamma {
-        gamma1: 2.2,
-        gamma2: 2.2,
-    });
+    let table = ResponseTable::new(&DualGamma { gamma1: 2.2, gamma2: 2.2 });
     let mirrored: Vec<Vec3> = (0..12)
         .map(|lamp| {
             let codes = codes(&read("chrome", lamp));
             let seen: Vec<_> = geometry.pixels.iter().map(|p| codes[p.index]).collect();
-            Footprint::find(&seen, &table)
-                .lamp("lamp", &geometry, &table)
-                .direction
+            Footprint::find(&seen, &table).lamp("lamp", &geometry, &table).direction
         })
         .collect();
     type Decoding = fn(f32) -> f32;
@@ -182,9 +161,6 @@ fn a_chrome_ball_and_a_grey_one_agree_on_twelve_lamps() {
     // The balls stood side by side before lamps that were near, and one lamp seems to have been moved
     // between them: no decoding brings its two directions together.
     angles.sort_by(f32::total_cmp);
-    println!(
-        "linear: median {:.2}°, worst {:.2}° and {:.2}°",
-        angles[6], angles[11], angles[10]
-    );
+    println!("linear: median {:.2}°, worst {:.2}° and {:.2}°", angles[6], angles[11], angles[10]);
     assert!(angles[6] < 3.0 && angles[10] < 5.0);
 }

@@ -36,16 +36,8 @@ pub(super) fn anywhere(pyramid: &[Raster<[f32; 3]>]) -> Vec<Rim> {
             break;
         }
         let is_finest = level == 0 || 2 * longer > FINE_PX;
-        let least = if is_finest {
-            BARELY_SHOWN_PX
-        } else {
-            WELL_SHOWN_PX
-        };
-        let most = if level == coarsest {
-            0.75 * longer as f32
-        } else {
-            2.2 * WELL_SHOWN_PX
-        };
+        let least = if is_finest { BARELY_SHOWN_PX } else { WELL_SHOWN_PX };
+        let most = if level == coarsest { 0.75 * longer as f32 } else { 2.2 * WELL_SHOWN_PX };
         let edges = Edges::find(picture);
         let circles = search::circles(&edges, least..most, None);
         found.extend((circles.iter()).filter_map(|circle| {
@@ -56,11 +48,7 @@ pub(super) fn anywhere(pyramid: &[Raster<[f32; 3]>]) -> Vec<Rim> {
     // What is taken for one edge in a small picture may be two in a larger one: the rim, and a
     // reflection close to it.
     let promising = distinct(found).into_iter().take(PROMISING);
-    distinct(
-        promising
-            .flat_map(|rim| nearby(pyramid, &rim.circle, 0.1))
-            .collect(),
-    )
+    distinct(promising.flat_map(|rim| nearby(pyramid, &rim.circle, 0.1)).collect())
 }
 
 /// The level of the pyramid in which a circle is large enough to tell its edges apart.
@@ -80,19 +68,14 @@ pub(super) fn nearby(pyramid: &[Raster<[f32; 3]>], circle: &Circle, share: f64) 
     let size = DVec2::new(picture.width as f64, picture.height as f64);
     let from = (local.center() - reach).floor().clamp(DVec2::ZERO, size);
     let to = (local.center() + reach).ceil().clamp(DVec2::ZERO, size);
-    let part = Raster::from_fn(
-        (to.x - from.x) as usize,
-        (to.y - from.y) as usize,
-        |x, y| picture.at(x + from.x as usize, y + from.y as usize),
-    );
+    let part = Raster::from_fn((to.x - from.x) as usize, (to.y - from.y) as usize, |x, y| {
+        picture.at(x + from.x as usize, y + from.y as usize)
+    });
     if part.width < 8 || part.height < 8 {
         return Vec::new();
     }
     let edges = Edges::find(&part);
-    let here = Circle {
-        center_px: (local.center() - from).to_array(),
-        ..local
-    };
+    let here = Circle { center_px: (local.center() - from).to_array(), ..local };
     let radii = (1.0 - share) * local.radius_px..(1.0 + 1.2 * share) * local.radius_px;
     let radii = radii.start as f32..radii.end as f32;
     let found = search::circles(&edges, radii, Some((here, share)));
@@ -125,10 +108,7 @@ pub(super) fn distinct(mut found: Vec<Ranked>) -> Vec<Rim> {
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut rims: Vec<Rim> = Vec::new();
     for (rim, _) in found {
-        if !rims
-            .iter()
-            .any(|r| search::same_circle(&r.circle, &rim.circle))
-        {
+        if !rims.iter().any(|r| search::same_circle(&r.circle, &rim.circle)) {
             rims.push(rim);
         }
     }
@@ -180,9 +160,5 @@ fn halved(picture: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
             })
         })
         .collect();
-    Raster {
-        width,
-        height,
-        pixels,
-    }
+    Raster { width, height, pixels }
 }

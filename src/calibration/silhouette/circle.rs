@@ -27,10 +27,7 @@ impl Circle {
     /// When a value is not finite or the radius is not positive.
     pub fn new(center_px: [f64; 2], radius_px: f64) -> Result<Self> {
         if center_px.iter().all(|c| c.is_finite()) && radius_px.is_finite() && radius_px > 0.0 {
-            return Ok(Self {
-                center_px,
-                radius_px,
-            });
+            return Ok(Self { center_px, radius_px });
         }
         Err(Error::invalid(
             format!(
@@ -76,10 +73,7 @@ impl Circle {
             return Self::through([a, b, c]);
         }
         let points: Vec<DVec2> = points.iter().map(|&p| DVec2::from(p)).collect();
-        let longest = points
-            .iter()
-            .map(|p| p.distance(points[0]))
-            .fold(0.0, f64::max);
+        let longest = points.iter().map(|p| p.distance(points[0])).fold(0.0, f64::max);
         algebraic(&points)
             .and_then(|start| {
                 (0..20).try_fold(start, |circle, _| circle.improved(&points, |_| 1.0))
@@ -87,10 +81,7 @@ impl Circle {
             .filter(|circle| circle.radius_px < FLATTEST * longest)
             .ok_or_else(|| {
                 Error::invalid(
-                    format!(
-                        "{} points on the mirror ball's rim determine no circle",
-                        points.len()
-                    ),
+                    format!("{} points on the mirror ball's rim determine no circle", points.len()),
                     "Choose three or more points that lie far apart on the rim",
                 )
             })
@@ -108,10 +99,7 @@ impl Circle {
 
     /// The same circle in a picture `factor` times as large.
     pub(super) fn scaled(&self, factor: f64) -> Self {
-        Self {
-            center_px: self.center_px.map(|c| factor * c),
-            radius_px: factor * self.radius_px,
-        }
+        Self { center_px: self.center_px.map(|c| factor * c), radius_px: factor * self.radius_px }
     }
 
     /// One Gauss–Newton step towards the least weighted squared distances; `None` if the points determine no step
@@ -151,17 +139,10 @@ impl Circle {
         for round in 0..16 {
             circle = circle.improved(points, |residual| {
                 let u = residual / cut;
-                if u.abs() < 1.0 {
-                    (1.0 - u * u).powi(2)
-                } else {
-                    0.0
-                }
+                if u.abs() < 1.0 { (1.0 - u * u).powi(2) } else { 0.0 }
             })?;
-            let mut distances: Vec<f64> = points
-                .iter()
-                .map(|&p| circle.distance(p).abs())
-                .filter(|&d| d < cut)
-                .collect();
+            let mut distances: Vec<f64> =
+                points.iter().map(|&p| circle.distance(p).abs()).filter(|&d| d < cut).collect();
             if distances.len() < 3 {
                 return None;
             }
@@ -183,10 +164,7 @@ impl Circle {
 impl Circle {
     /// The silhouette of `ball`.
     pub fn of(ball: &Ball) -> Self {
-        Self {
-            center_px: ball.center_px.map(f64::from),
-            radius_px: f64::from(ball.radius_px),
-        }
+        Self { center_px: ball.center_px.map(f64::from), radius_px: f64::from(ball.radius_px) }
     }
 
     /// Makes this the silhouette of `ball`.
@@ -239,10 +217,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn on_circle(center: [f64; 2], radius: f64, angle: f64) -> [f64; 2] {
-        [
-            center[0] + radius * angle.cos(),
-            center[1] + radius * angle.sin(),
-        ]
+        [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()]
     }
 
     fn assert_near(found: Circle, center: [f64; 2], radius: f64, bound: f64) {
@@ -314,19 +289,11 @@ mod tests {
             })
             .collect();
         let found = Circle::fit(&points).unwrap();
-        let cost = |c: Circle| {
-            points
-                .iter()
-                .map(|&p| c.distance(p.into()).powi(2))
-                .sum::<f64>()
-        };
+        let cost = |c: Circle| points.iter().map(|&p| c.distance(p.into()).powi(2)).sum::<f64>();
         for (dx, dy, dr) in [(0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01)] {
             for sign in [-1.0, 1.0] {
                 let moved = Circle {
-                    center_px: [
-                        found.center_px[0] + sign * dx,
-                        found.center_px[1] + sign * dy,
-                    ],
+                    center_px: [found.center_px[0] + sign * dx, found.center_px[1] + sign * dy],
                     radius_px: found.radius_px + sign * dr,
                 };
                 assert!(cost(moved) > cost(found));

@@ -92,12 +92,7 @@ impl Edges {
                 list.push(edge);
             }
         }
-        Self {
-            width,
-            height,
-            list,
-            at,
-        }
+        Self { width, height, list, at }
     }
 
     /// The edge in the pixel that holds `place`.
@@ -106,8 +101,7 @@ impl Edges {
         if x < 0.0 || y < 0.0 || x >= self.width as f64 || y >= self.height as f64 {
             return None;
         }
-        self.list
-            .get(self.at[y as usize * self.width + x as usize] as usize)
+        self.list.get(self.at[y as usize * self.width + x as usize] as usize)
     }
 }
 
@@ -131,11 +125,7 @@ fn blurred(picture: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
                 })
             })
             .collect();
-        Raster {
-            width,
-            height,
-            pixels,
-        }
+        Raster { width, height, pixels }
     };
     along(&along(picture, 1, 0), 0, 1)
 }
@@ -145,12 +135,8 @@ fn blurred(picture: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
 fn slope(picture: &Raster<[f32; 3]>, x: usize, y: usize) -> (f32, Vec2) {
     let (left, right) = (x.saturating_sub(1), (x + 1).min(picture.width - 1));
     let (above, below) = (y.saturating_sub(1), (y + 1).min(picture.height - 1));
-    let [l, r, a, b] = [
-        picture.at(left, y),
-        picture.at(right, y),
-        picture.at(x, above),
-        picture.at(x, below),
-    ];
+    let [l, r, a, b] =
+        [picture.at(left, y), picture.at(right, y), picture.at(x, above), picture.at(x, below)];
     let (mut xx, mut xy, mut yy) = (0.0f32, 0.0f32, 0.0f32);
     for c in 0..3 {
         let (gx, gy) = (0.5 * (r[c] - l[c]), 0.5 * (b[c] - a[c]));

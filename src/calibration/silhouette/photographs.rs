@@ -56,16 +56,13 @@ impl Photographs {
         same_size((name, picture.0.size()), first)?;
         self.count += 1;
         let share = 1.0 / self.count as f32;
-        self.average
-            .pixels
-            .par_iter_mut()
-            .with_min_len(1 << 14)
-            .zip(&picture.0.pixels)
-            .for_each(|(mean, pixel)| {
+        self.average.pixels.par_iter_mut().with_min_len(1 << 14).zip(&picture.0.pixels).for_each(
+            |(mean, pixel)| {
                 for (mean, value) in mean.iter_mut().zip(pixel) {
                     *mean += share * (unit(*value) - *mean);
                 }
-            });
+            },
+        );
         Ok(())
     }
 
@@ -77,10 +74,7 @@ impl Photographs {
         let mut photographs: Option<Self> = None;
         for (chunk, group) in pictures.chunks(AT_ONCE).enumerate() {
             progress.check("nothing was changed")?;
-            let read = group
-                .par_iter()
-                .map(footage::read_picture)
-                .collect::<Result<Vec<_>>>()?;
+            let read = group.par_iter().map(footage::read_picture).collect::<Result<Vec<_>>>()?;
             for (address, picture) in group.iter().zip(&read) {
                 match &mut photographs {
                     Some(photographs) => photographs.add(address.display(), picture)?,
@@ -125,10 +119,7 @@ impl Photographs {
         let brightest = self.count as f32 * values().fold(0.0, f32::max);
         let darkest = values().fold(1.0, f32::min);
         let (found, remedy) = if brightest < BLACK {
-            (
-                "black everywhere",
-                "Photograph the ball with more light or a longer exposure",
-            )
+            ("black everywhere", "Photograph the ball with more light or a longer exposure")
         } else if darkest >= CLIPPED {
             (
                 "clipped to white everywhere",

@@ -27,11 +27,7 @@ pub(super) struct Rim {
 impl Rim {
     /// Share of the rim's places within the picture where it was seen.
     pub fn share_within_frame(&self) -> f64 {
-        if self.framed > 0.0 {
-            self.share / self.framed
-        } else {
-            0.0
-        }
+        if self.framed > 0.0 { self.share / self.framed } else { 0.0 }
     }
 
     /// The evidence for the rim: how unlikely its agreement is by chance, summed over its places.
@@ -121,19 +117,12 @@ fn fit_at(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64) -> Option<Rim> 
 /// First within a wide tolerance, `band` at most, then within one as narrow as the rim is sharp.
 fn fit_to(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64, outermost: bool) -> Option<Rim> {
     let mut circle = *rough;
-    let mut tolerance = (2.0 * widest_tolerance(&circle))
-        .min(0.3 * circle.radius_px / REACH)
-        .min(band);
+    let mut tolerance =
+        (2.0 * widest_tolerance(&circle)).min(0.3 * circle.radius_px / REACH).min(band);
     for _ in 0..5 {
         let rays = crossings(picture, &circle, REACH * tolerance);
         let places: Vec<DVec2> = (rays.iter())
-            .flat_map(|ray| {
-                &ray[if outermost {
-                    ray.len().saturating_sub(1)
-                } else {
-                    0
-                }..]
-            })
+            .flat_map(|ray| &ray[if outermost { ray.len().saturating_sub(1) } else { 0 }..])
             .map(|crossing| crossing.place)
             .collect();
         let (better, deviation) = circle.agreed(&places, 2.0 * tolerance)?;
@@ -163,10 +152,7 @@ pub(super) fn measured(picture: &Raster<[f32; 3]>, circle: &Circle, tolerance: f
         .collect();
     let raw = on_rim.len() as f64 / (rays.len() as f64).max(1.0);
     let framed = rays.len() as f64 / ray_count(circle) as f64;
-    let squares: f64 = on_rim
-        .iter()
-        .map(|c| circle.distance(c.place).powi(2))
-        .sum();
+    let squares: f64 = on_rim.iter().map(|c| circle.distance(c.place).powi(2)).sum();
     let mut contrasts: Vec<f64> = on_rim.iter().map(|c| c.contrast).collect();
     contrasts.sort_by(f64::total_cmp);
     Rim {
@@ -196,12 +182,10 @@ fn crossings(picture: &Raster<[f32; 3]>, circle: &Circle, reach: f64) -> Vec<Vec
             let towards = DVec2::from_angle(TAU * i as f64 / rays as f64);
             // An edge can be seen if a pixel on either side of it is in the picture; farther out the border is
             // repeated.
-            [circle.radius_px - 1.0, circle.radius_px + 1.0]
-                .iter()
-                .all(|&r| {
-                    let p = circle.center() + r * towards;
-                    p.cmpge(DVec2::ZERO).all() && p.cmple(bounds).all()
-                })
+            [circle.radius_px - 1.0, circle.radius_px + 1.0].iter().all(|&r| {
+                let p = circle.center() + r * towards;
+                p.cmpge(DVec2::ZERO).all() && p.cmple(bounds).all()
+            })
         })
         .map(|i| edges_on_ray(picture, circle, reach, i, rays))
         .collect()
@@ -274,15 +258,9 @@ fn edges_on_ray(
 /// as only the middle of an edge a pixel or two wide is sought.
 fn sample(picture: &Raster<[f32; 3]>, place: DVec2) -> ([f32; 3], [f32; 3]) {
     let inside = |v: f64, n: usize| (v - 0.5).clamp(0.0, (n - 1) as f64);
-    let (x, y) = (
-        inside(place.x, picture.width),
-        inside(place.y, picture.height),
-    );
+    let (x, y) = (inside(place.x, picture.width), inside(place.y, picture.height));
     let (x0, y0) = (x as usize, y as usize);
-    let (x1, y1) = (
-        (x0 + 1).min(picture.width - 1),
-        (y0 + 1).min(picture.height - 1),
-    );
+    let (x1, y1) = ((x0 + 1).min(picture.width - 1), (y0 + 1).min(picture.height - 1));
     let (fx, fy) = ((x - x0 as f64) as f32, (y - y0 as f64) as f32);
     let corners = [
         (picture.at(x0, y0), (1.0 - fx) * (1.0 - fy)),

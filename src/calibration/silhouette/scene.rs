@@ -56,9 +56,7 @@ impl Scene {
         let mut picture = Raster::from_fn(width, height, |x, y| {
             let corner = DVec2::new(x as f64, y as f64);
             // Sixty-four rays where the rim is, four elsewhere.
-            let is_rim = self
-                .ball
-                .is_some_and(|b| b.distance(corner + 0.5).abs() < 1.5);
+            let is_rim = self.ball.is_some_and(|b| b.distance(corner + 0.5).abs() < 1.5);
             let n = if is_rim { 8 } else { 2 };
             let mut sum = DVec3::ZERO;
             for i in 0..n * n {
@@ -132,17 +130,11 @@ impl Scene {
             for thing in 0..14u64 {
                 let r = |k: u64| random(self.seed, 1000 + 10 * thing + k);
                 let (x, y) = (r(0) * self.size.0 as f64, r(1) * self.size.1 as f64);
-                let scale = ball
-                    .radius_px
-                    .min(0.25 * self.size.0.min(self.size.1) as f64);
+                let scale = ball.radius_px.min(0.25 * self.size.0.min(self.size.1) as f64);
                 let (w, h) = ((0.1 + 0.7 * r(2)) * scale, (0.1 + 0.7 * r(3)) * scale);
                 let d = (at - DVec2::new(x, y)).abs();
                 let is_disc = thing % 5 == 0;
-                let hit = if is_disc {
-                    d.length() < 0.6 * w
-                } else {
-                    d.x < w && d.y < h
-                };
+                let hit = if is_disc { d.length() < 0.6 * w } else { d.x < w && d.y < h };
                 if hit {
                     return DVec3::new(r(4), r(5), r(6)).powf(2.2) * 0.9;
                 }

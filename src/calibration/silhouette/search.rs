@@ -80,9 +80,7 @@ pub(super) fn same_circle(a: &Circle, b: &Circle) -> bool {
 
 /// The places where most edges' normals of a band's length end.
 fn centers(edges: &Edges, band: &Range<f32>) -> Vec<Vec2> {
-    let margin = (MARGIN * edges.width.max(edges.height) as f32)
-        .min(band.end)
-        .ceil();
+    let margin = (MARGIN * edges.width.max(edges.height) as f32).min(band.end).ceil();
     // Votes spread with the radius, as the edges' directions are known to a few degrees: larger
     // circles need fewer cells and fewer steps.
     let cell = (0.04 * band.start).max(1.0);
@@ -113,9 +111,7 @@ fn centers(edges: &Edges, band: &Range<f32>) -> Vec<Vec2> {
                 && y > 0
                 && x + 1 < columns
                 && y + 1 < rows
-                && [i - 1, i + 1, i - columns, i + columns]
-                    .iter()
-                    .all(|&j| votes[j] <= votes[i])
+                && [i - 1, i + 1, i - columns, i + columns].iter().all(|&j| votes[j] <= votes[i])
         })
         .collect();
     order.sort_by(|&a, &b| votes[b].total_cmp(&votes[a]));
@@ -133,10 +129,7 @@ fn centers(edges: &Edges, band: &Range<f32>) -> Vec<Vec2> {
         }
     }
     let place = |i: usize| Vec2::new((i % columns) as f32 + 0.5, (i / columns) as f32 + 0.5);
-    peaks
-        .into_iter()
-        .map(|i| place(i) * cell - Vec2::splat(margin))
-        .collect()
+    peaks.into_iter().map(|i| place(i) * cell - Vec2::splat(margin)).collect()
 }
 
 fn mean_of_nine(votes: &[f32], columns: usize, rows: usize) -> Vec<f32> {
@@ -208,10 +201,7 @@ fn fitted(edges: &Edges, rough: Circle) -> Option<Candidate> {
             return None;
         }
     }
-    Some(Candidate {
-        circle,
-        evidence: evidence(edges, &circle),
-    })
+    Some(Candidate { circle, evidence: evidence(edges, &circle) })
 }
 
 /// For every place on the circle (a pixel apart) within the picture: the nearest agreeing edge

@@ -42,18 +42,12 @@ fn assert_found(scene: &Scene, bound_px: f64) {
     let truth = scene.ball.unwrap();
     let found = find(&photographs(scene)).unwrap_or_else(|e| panic!("{scene:?}: {e}"));
     let error = error_px(&found.circle, &truth);
-    assert!(
-        error <= bound_px,
-        "off by {error:.2}: {found:?} in {scene:?}"
-    );
+    assert!(error <= bound_px, "off by {error:.2}: {found:?} in {scene:?}");
 }
 
 /// A direction that is spread evenly over the sphere.
 fn direction(seed: u64) -> DVec3 {
-    let (z, turn) = (
-        2.0 * random(seed, 1) - 1.0,
-        std::f64::consts::TAU * random(seed, 2),
-    );
+    let (z, turn) = (2.0 * random(seed, 1) - 1.0, std::f64::consts::TAU * random(seed, 2));
     let across = (1.0 - z * z).sqrt();
     DVec3::new(across * turn.cos(), across * turn.sin(), z)
 }
@@ -67,22 +61,15 @@ fn anything(seed: u64) -> Scene {
     let radius = 12.0 * (most / 12.0).powf(r(2));
     let inside = radius * if r(3) < 0.4 { 1.0 - r(4) } else { 1.02 };
     let place = |n: usize, u: f64| inside + u * (n as f64 - 2.0 * inside).max(0.0);
-    let around = [
-        Surroundings::Dark,
-        Surroundings::Room,
-        Surroundings::Clutter,
-    ][(r(5) * 3.0) as usize];
+    let around =
+        [Surroundings::Dark, Surroundings::Room, Surroundings::Clutter][(r(5) * 3.0) as usize];
     Scene {
         size,
         ball: Some(circle(place(size.0, r(8)), place(size.1, r(9)), radius)),
         around,
         pole: r(10) < 0.5,
         lamp: (r(11) < 0.5).then(|| direction(seed)),
-        ambient: if around == Surroundings::Dark {
-            0.005 + 0.05 * r(12)
-        } else {
-            0.0
-        },
+        ambient: if around == Surroundings::Dark { 0.005 + 0.05 * r(12) } else { 0.0 },
         exposure: 0.3 + 1.5 * r(13),
         noise: 0.01 * r(14) * r(14),
         seed,
@@ -190,8 +177,7 @@ fn photographs_under_one_lamp_each_add_up_to_a_rim() {
         };
         let mut all = photographs(&olat(0));
         for i in 1..41 {
-            all.add(format!("olat_{i}.png"), &olat(i).photograph())
-                .unwrap();
+            all.add(format!("olat_{i}.png"), &olat(i).photograph()).unwrap();
         }
         let found = find(&all).unwrap();
         let error = error_px(&found.circle, &ball);
@@ -217,33 +203,20 @@ fn pictures_without_a_ball_are_refused() {
                     10.0 + 80.0 * r(4 * i),
                     10.0 + 80.0 * r(if i % 3 == 0 { 4 * i } else { 4 * i + 1 }),
                 );
-                let (dx, dy) = (
-                    x as f64 - 256.0 * r(4 * i + 2),
-                    y as f64 - 200.0 * r(4 * i + 3),
-                );
+                let (dx, dy) = (x as f64 - 256.0 * r(4 * i + 2), y as f64 - 200.0 * r(4 * i + 3));
                 dx.abs() < 0.5 * w && dy.abs() < 0.5 * h
             });
             hit.map_or(0.2, |i| r(100 + i) as f32) + 0.02 * noise(seed, x, y)
         })
     }));
     pictures.extend((0..20).map(|seed| {
-        let room = Scene {
-            around: Surroundings::Room,
-            seed,
-            ..BLACK_SKY
-        };
-        photographs(&Scene {
-            size: [(256, 256), (480, 320)][seed as usize % 2],
-            ..room
-        })
+        let room = Scene { around: Surroundings::Room, seed, ..BLACK_SKY };
+        photographs(&Scene { size: [(256, 256), (480, 320)][seed as usize % 2], ..room })
     }));
     for (i, picture) in pictures.iter().enumerate() {
         let error =
             find(picture).map_or_else(|e| e.to_string(), |found| panic!("picture {i}: {found:?}"));
-        assert!(
-            error.contains(".png: no mirror ball") && error.contains("by hand"),
-            "{error}"
-        );
+        assert!(error.contains(".png: no mirror ball") && error.contains("by hand"), "{error}");
     }
 }
 
@@ -251,37 +224,19 @@ fn pictures_without_a_ball_are_refused() {
 fn black_white_and_tiny_say_what_to_do() {
     for (picture, words) in [
         (plain(64, 64, |_, _| 0.0), "more light"),
-        (
-            plain(64, 64, |x, y| ((x + y) % 2) as f32 / 255.0),
-            "more light",
-        ),
+        (plain(64, 64, |x, y| ((x + y) % 2) as f32 / 255.0), "more light"),
         (plain(64, 64, |_, _| 1.0), "denser filter"),
         (plain(64, 64, |_, _| f32::NAN), "more light"),
     ] {
         let error = find(&picture).unwrap_err().to_string();
-        assert!(
-            error.starts_with("plain.png") && error.contains(words),
-            "{error}"
-        );
+        assert!(error.starts_with("plain.png") && error.contains(words), "{error}");
     }
-    let tiny = Scene {
-        size: (160, 120),
-        ball: Some(circle(70.2, 61.7, 5.0)),
-        ambient: 0.2,
-        ..BLACK_SKY
-    };
+    let tiny =
+        Scene { size: (160, 120), ball: Some(circle(70.2, 61.7, 5.0)), ambient: 0.2, ..BLACK_SKY };
     let error = find(&photographs(&tiny)).unwrap_err().to_string();
-    assert!(
-        error.contains("radius of 10 pixels") && error.contains("full size"),
-        "{error}"
-    );
+    assert!(error.contains("radius of 10 pixels") && error.contains("full size"), "{error}");
     let speck = Encoded(Raster::filled(3, 900, [0.5; 3]));
-    assert!(
-        Photographs::one("speck.png", &speck)
-            .unwrap_err()
-            .to_string()
-            .contains("speck.png")
-    );
+    assert!(Photographs::one("speck.png", &speck).unwrap_err().to_string().contains("speck.png"));
     assert!(Photographs::read(&[], &Progress::silent()).is_err());
 }
 
@@ -299,21 +254,14 @@ fn a_photograph_of_another_size_is_named() {
 #[test]
 fn a_rough_circle_snaps_to_the_rim() {
     let ball = circle(140.3, 120.8, 80.6);
-    let scene = Scene {
-        ball: Some(ball),
-        around: Surroundings::Clutter,
-        pole: true,
-        ..BLACK_SKY
-    };
+    let scene = Scene { ball: Some(ball), around: Surroundings::Clutter, pole: true, ..BLACK_SKY };
     let photographs = photographs(&scene);
     for (dx, dy, dr) in [(8.0, -6.0, 0.0), (0.0, 9.0, 7.0), (-5.0, 5.0, -8.0)] {
         let rough = circle(140.3 + dx, 120.8 + dy, 80.6 + dr);
         let found = refine(&photographs, &rough).unwrap();
         assert!(error_px(&found.circle, &ball) < 0.3, "{rough:?}: {found:?}");
     }
-    let error = refine(&photographs, &circle(30.0, 30.0, 20.0))
-        .unwrap_err()
-        .to_string();
+    let error = refine(&photographs, &circle(30.0, 30.0, 20.0)).unwrap_err().to_string();
     assert!(error.contains("closer to the ball's outline"), "{error}");
 }
 
@@ -334,41 +282,20 @@ fn what_should_be_looked_at_is_said() {
 #[test]
 fn a_circle_by_hand_is_measured_as_it_is() {
     let ball = circle(130.5, 125.5, 90.0);
-    let photographs = photographs(&Scene {
-        ball: Some(ball),
-        ..BLACK_SKY
-    });
+    let photographs = photographs(&Scene { ball: Some(ball), ..BLACK_SKY });
     let exact = measure(&photographs, &ball).unwrap();
-    assert!(
-        exact.circle == ball && exact.residual_px < 0.3 && exact.rim_share > 0.9,
-        "{exact:?}"
-    );
+    assert!(exact.circle == ball && exact.residual_px < 0.3 && exact.rim_share > 0.9, "{exact:?}");
     assert_eq!(exact.framed_share, 1.0);
     // A pixel too large everywhere is a pixel off everywhere.
     let larger = measure(&photographs, &circle(130.5, 125.5, 91.0)).unwrap();
-    assert!(
-        (larger.residual_px - 1.0).abs() < 0.2 && larger.rim_share > 0.9,
-        "{larger:?}"
-    );
+    assert!((larger.residual_px - 1.0).abs() < 0.2 && larger.rim_share > 0.9, "{larger:?}");
     let beside = measure(&photographs, &circle(110.5, 125.5, 90.0)).unwrap();
     assert!(beside.rim_share < 0.3, "{beside:?}");
     for impossible in [
-        Circle {
-            center_px: [f64::NAN, 0.0],
-            radius_px: 50.0,
-        },
-        Circle {
-            center_px: [9e9, 0.0],
-            radius_px: 50.0,
-        },
-        Circle {
-            center_px: [128.0, 128.0],
-            radius_px: 1e12,
-        },
-        Circle {
-            center_px: [128.0, 128.0],
-            radius_px: 2.0,
-        },
+        Circle { center_px: [f64::NAN, 0.0], radius_px: 50.0 },
+        Circle { center_px: [9e9, 0.0], radius_px: 50.0 },
+        Circle { center_px: [128.0, 128.0], radius_px: 1e12 },
+        Circle { center_px: [128.0, 128.0], radius_px: 2.0 },
     ] {
         assert!(
             measure(&photographs, &impossible).is_err()
@@ -395,11 +322,7 @@ fn the_shared_shoots_balls_are_found() {
     let probes = &manifest["probes"];
     let number = |value: &serde_json::Value| value.as_f64().unwrap();
     let center = &probes["ball_center_px"];
-    let truth = circle(
-        number(&center[0]),
-        number(&center[1]),
-        number(&probes["ball_radius_px"]),
-    );
+    let truth = circle(number(&center[0]), number(&center[1]), number(&probes["ball_radius_px"]));
     for probes in ["probes", "probes_hot"] {
         let olats = (0..41).map(|i| folder.join(probes).join(format!("olat_{i:02}.png")));
         let interview = folder.join(probes).join("interview.png");
@@ -426,12 +349,7 @@ fn real_balls_are_found_and_other_things_are_not() {
     let Some(folder) = test_support::shared("data/mirror_ball/images") else {
         return;
     };
-    for (what, is_ball) in [
-        ("chrome", true),
-        ("gray", true),
-        ("buddha", false),
-        ("cat", false),
-    ] {
+    for (what, is_ball) in [("chrome", true), ("gray", true), ("buddha", false), ("cat", false)] {
         let folder = folder.join(what);
         let one = |i: usize| folder.join(format!("{what}.{i}.png"));
         let result = find(&read(&(0..12).map(one).collect::<Vec<_>>()));

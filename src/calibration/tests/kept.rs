@@ -8,27 +8,16 @@ fn a_calibration_of_other_lamps_is_refused() {
     let mut project = small_project(folder.path());
     let calibration = small_calibration();
     assert!(
-        Calibration::load(&project)
-            .unwrap_err()
-            .for_terminal()
-            .contains("afterlight calibrate")
+        Calibration::load(&project).unwrap_err().for_terminal().contains("afterlight calibrate")
     );
     calibration.save(&project).unwrap();
     assert_eq!(Calibration::load(&project).unwrap(), calibration);
     project.settings.shoot.lamps = vec!["other".into()];
     assert!(
-        Calibration::load(&project)
-            .unwrap_err()
-            .for_terminal()
-            .contains("afterlight calibrate")
+        Calibration::load(&project).unwrap_err().for_terminal().contains("afterlight calibrate")
     );
     project.settings.shoot.lamps = vec!["olat_00".into(), "olat_01".into()];
-    assert!(
-        Calibration::load(&project)
-            .unwrap_err()
-            .to_string()
-            .contains("2 lamps")
-    );
+    assert!(Calibration::load(&project).unwrap_err().to_string().contains("2 lamps"));
 }
 
 #[test]
@@ -51,19 +40,10 @@ fn a_calibration_that_holds_no_numbers_is_refused() {
     let project = small_project(folder.path());
     let sound = small_calibration();
     for broken in [
+        Calibration { interview_weights: vec![[f32::NAN; 3]], ..sound.clone() },
+        Calibration { exposure: f32::INFINITY, ..sound.clone() },
         Calibration {
-            interview_weights: vec![[f32::NAN; 3]],
-            ..sound.clone()
-        },
-        Calibration {
-            exposure: f32::INFINITY,
-            ..sound.clone()
-        },
-        Calibration {
-            response: Response::Dual(DualGamma {
-                gamma1: f32::NAN,
-                gamma2: 2.0,
-            }),
+            response: Response::Dual(DualGamma { gamma1: f32::NAN, gamma2: 2.0 }),
             ..sound.clone()
         },
     ] {
@@ -98,10 +78,7 @@ pub(super) fn small_project(root: &Path) -> Project {
 
 fn small_calibration() -> Calibration {
     Calibration {
-        response: Response::Dual(DualGamma {
-            gamma1: 2.2,
-            gamma2: 2.2,
-        }),
+        response: Response::Dual(DualGamma { gamma1: 2.2, gamma2: 2.2 }),
         gamma_deviation: [0.05; 2],
         exposure: 1.0,
         interview_weights: vec![[0.5; 3]],

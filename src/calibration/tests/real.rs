@@ -35,17 +35,11 @@ fn write_shoot(folder: &Path, manifest: &str, balls: &[usize]) -> Option<()> {
         }
         write_png(&inside.join("interview.png"), &encoded(&mean(&pictures))).unwrap();
     }
-    for inside in [
-        "exemplars/pose00",
-        "exemplar_masks",
-        "interview",
-        "interview_masks",
-    ] {
+    for inside in ["exemplars/pose00", "exemplar_masks", "interview", "interview_masks"] {
         std::fs::create_dir_all(folder.join(inside)).unwrap();
     }
-    let object: Vec<Image> = (1..=12)
-        .map(|i| decoded(&photographs.join(format!("Objects/Image_{i:02}.png"))))
-        .collect();
+    let object: Vec<Image> =
+        (1..=12).map(|i| decoded(&photographs.join(format!("Objects/Image_{i:02}.png")))).collect();
     for (i, picture) in object.iter().enumerate() {
         let path = folder.join(format!("exemplars/pose00/olat_{i:02}.png"));
         write_png(&path, &encoded(picture)).unwrap();
@@ -54,24 +48,12 @@ fn write_shoot(folder: &Path, manifest: &str, balls: &[usize]) -> Option<()> {
     let mask = Mask {
         width: frame.width,
         height: frame.height,
-        pixels: frame
-            .pixels
-            .iter()
-            .map(|p| f32::from(p[1] > 0.01))
-            .collect(),
+        pixels: frame.pixels.iter().map(|p| f32::from(p[1] > 0.01)).collect(),
     };
     write_mask_png(&folder.join("exemplar_masks/pose00.png"), &mask).unwrap();
     for i in 0..2 {
-        write_png(
-            &folder.join(format!("interview/frame_00{i}.png")),
-            &encoded(&frame),
-        )
-        .unwrap();
-        write_mask_png(
-            &folder.join(format!("interview_masks/frame_00{i}.png")),
-            &mask,
-        )
-        .unwrap();
+        write_png(&folder.join(format!("interview/frame_00{i}.png")), &encoded(&frame)).unwrap();
+        write_mask_png(&folder.join(format!("interview_masks/frame_00{i}.png")), &mask).unwrap();
     }
     std::fs::write(folder.join("manifest.json"), manifest).unwrap();
     Some(())
@@ -97,22 +79,14 @@ fn a_shoot_of_two_real_balls_without_sizes_is_imported_and_calibrated() {
     let found = calibrate(&mut project, &CalibrateSettings::default(), &progress).unwrap();
     let notes = notes.into_inner().unwrap();
     for says in ["count as far away", "1.1° at 50", "Calibrating finds it"] {
-        assert!(
-            notes.iter().any(|note| note.contains(says)),
-            "{says}: {notes:?}"
-        );
+        assert!(notes.iter().any(|note| note.contains(says)), "{says}: {notes:?}");
     }
     let two = found.two_balls.clone().unwrap();
     println!("{}", two.sentence());
     println!(
         "circles {:?} and {:?}",
         Circle::of(&project.settings.shoot.ball),
-        project
-            .settings
-            .shoot
-            .second_ball
-            .as_ref()
-            .map(|s| Circle::of(&s.ball))
+        project.settings.shoot.second_ball.as_ref().map(|s| Circle::of(&s.ball))
     );
     assert!(two.lamps == 12 && two.near.is_empty() && project.settings.shoot.ball.has_circle());
     let off = apart_from_published(&found.rig);

@@ -13,9 +13,7 @@ pub(crate) fn shared_shoot(
     let (manifest, truth) = (read("manifest.json"), read("truth.json"));
     let number = |value: &serde_json::Value| value.as_f64().unwrap() as f32;
     let names = |what: &str, digits: usize, n: &serde_json::Value| -> Vec<String> {
-        (0..n.as_u64().unwrap())
-            .map(|i| format!("{what}{i:0digits$}"))
-            .collect()
+        (0..n.as_u64().unwrap()).map(|i| format!("{what}{i:0digits$}")).collect()
     };
     let probe = &manifest["probes"];
     let home = tempfile::tempdir().unwrap();
@@ -36,22 +34,15 @@ pub(crate) fn shared_shoot(
         ..project.settings.shoot
     };
     let directions = manifest["bank_directions"].as_array().unwrap();
-    let directions = directions
-        .iter()
-        .map(|d| Vec3::from_array([0, 1, 2].map(|c| number(&d[c]))))
-        .collect();
+    let directions =
+        directions.iter().map(|d| Vec3::from_array([0, 1, 2].map(|c| number(&d[c])))).collect();
     if probes == "probes" {
         return Some((project, home, truth, directions));
     }
     // The same shoot with other ball photographs.
     let shoot = home.path().join("shoot");
     std::fs::create_dir(&shoot).unwrap();
-    for name in [
-        "exemplars",
-        "exemplar_masks",
-        "interview",
-        "interview_masks",
-    ] {
+    for name in ["exemplars", "exemplar_masks", "interview", "interview_masks"] {
         std::os::unix::fs::symlink(project.shoot_path(name), shoot.join(name)).unwrap();
     }
     std::os::unix::fs::symlink(project.shoot_path(probes), shoot.join("probes")).unwrap();
@@ -71,10 +62,8 @@ fn judge(
     let errors: Vec<f32> = (found.interview_weights.iter().enumerate())
         .flat_map(|(i, w)| [0, 1, 2].map(|c| (w[c] / number(&weights[i][c]) - 1.0).abs()))
         .collect();
-    let gamma = [
-        exponents(found)[0] - number(&truth["g1"]),
-        exponents(found)[1] - number(&truth["g2"]),
-    ];
+    let gamma =
+        [exponents(found)[0] - number(&truth["g1"]), exponents(found)[1] - number(&truth["g2"])];
     println!(
         "γ ({:.3}, {:.3}) ± {:.3?}, off by {gamma:.3?}; exposure {:.3}; residuals: quantiles {:.4}, probe {:.4}; \
          uncovered {:.4}; blind {:.3}; filled {:.4}; clipped {}",
@@ -111,12 +100,8 @@ fn the_shared_shoot_is_calibrated() {
         return;
     };
     let start = std::time::Instant::now();
-    let found = calibrate(
-        &mut project,
-        &CalibrateSettings::default(),
-        &Progress::silent(),
-    )
-    .unwrap();
+    let found =
+        calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
     println!("calibrated in {:.1} s", start.elapsed().as_secs_f32());
     let (angle, weight, gamma) = judge(&found, &truth, &directions);
     assert!(angle <= 0.5 && weight <= 0.02 && gamma.iter().all(|g| g.abs() <= 0.1));
@@ -151,28 +136,13 @@ fn a_changed_exposure_of_the_shared_shoot_is_found() {
         file::write_png(&path, &response.encode(&brighter)).unwrap();
     }
     project.settings.shoot.folder = "brighter".into();
-    let found = calibrate(
-        &mut project,
-        &CalibrateSettings::default(),
-        &Progress::silent(),
-    )
-    .unwrap();
-    let off = [
-        exponents(&found)[0] - response.gamma1,
-        exponents(&found)[1] - response.gamma2,
-    ];
-    println!(
-        "off {off:.3?} ± {:.3?}; exposure {:.3}",
-        found.gamma_deviation, found.exposure
-    );
+    let found =
+        calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
+    let off = [exponents(&found)[0] - response.gamma1, exponents(&found)[1] - response.gamma2];
+    println!("off {off:.3?} ± {:.3?}; exposure {:.3}", found.gamma_deviation, found.exposure);
     assert!(off.iter().all(|off| off.abs() < 0.1) && (found.exposure - 1.2).abs() < 0.1);
     assert!(found.gamma_evidence.changed_exposure > 0.5);
-    assert!(
-        found
-            .warnings()
-            .iter()
-            .any(|w| w.contains("brighter than the mirror balls say"))
-    );
+    assert!(found.warnings().iter().any(|w| w.contains("brighter than the mirror balls say")));
 }
 
 #[test]
@@ -180,12 +150,8 @@ fn clipped_balls_are_counted_and_leave_directions_trusted() {
     let Some((mut project, _home, truth, directions)) = shared_shoot("probes_hot") else {
         return;
     };
-    let found = calibrate(
-        &mut project,
-        &CalibrateSettings::default(),
-        &Progress::silent(),
-    )
-    .unwrap();
+    let found =
+        calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
     let (angle, weight, gamma) = judge(&found, &truth, &directions);
     assert!(angle <= 2.5 && weight <= 0.05 && gamma.iter().all(|g| g.abs() <= 0.15));
     assert!(found.clipped_pixels > 1000 && found.rig.lamps.iter().all(|lamp| lamp.clipped > 0.5));
@@ -218,12 +184,7 @@ fn clipped_balls_are_counted_and_leave_directions_trusted() {
     assert!(plain.iter().filter(|lamp| is_estimate(lamp)).count() <= 4);
     for (lamp, apart) in plain.iter().zip(apart) {
         let bound = if is_estimate(lamp) { 1.5 } else { 1.0 };
-        assert!(
-            apart <= bound,
-            "{} {}: {apart:.2}°",
-            lamp.name,
-            lamp.confidence
-        );
+        assert!(apart <= bound, "{} {}: {apart:.2}°", lamp.name, lamp.confidence);
     }
     assert!(found.warnings().iter().any(|w| w.contains("clipped")));
     test_support::shown!(Light, "A calibration from balls of which every lamp is clipped",

@@ -16,23 +16,12 @@ fn outcome(project: &Project) -> std::result::Result<(), String> {
         assert!(lamp.energy.iter().all(|e| e.is_finite()) && lamp.spread_deg.is_finite());
     }
     assert!(probes.fit(&table).residual.is_finite());
-    assert!(
-        probes
-            .weights(&table)
-            .iter()
-            .flatten()
-            .all(|w| w.is_finite())
-    );
+    assert!(probes.weights(&table).iter().flatten().all(|w| w.is_finite()));
     Ok(())
 }
 
 fn ball(center_px: [f32; 2], radius_px: f32) -> Ball {
-    Ball {
-        center_px,
-        radius_px,
-        radius_m: 0.05,
-        camera_distance_m: 2.0,
-    }
+    Ball { center_px, radius_px, radius_m: 0.05, camera_distance_m: 2.0 }
 }
 
 #[test]
@@ -126,10 +115,7 @@ type Spoil<'a> = &'a dyn Fn(f32, f32) -> f32;
 
 #[test]
 fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
-    let curve = DualGamma {
-        gamma1: 2.4,
-        gamma2: 1.8,
-    };
+    let curve = DualGamma { gamma1: 2.4, gamma2: 1.8 };
     let dome: Vec<Vec3> = dome().into_iter().map(|(direction, _)| direction).collect();
     let mut measured = Vec::new();
     let kinds: [(&str, Spoil); 6] = [
@@ -144,10 +130,7 @@ fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
         let folder = tempfile::tempdir().unwrap();
         let mut project = small_shoot(folder.path(), &curve);
         spoil(&project, code);
-        let settings = CalibrateSettings {
-            keep_motion: true,
-            ..CalibrateSettings::default()
-        };
+        let settings = CalibrateSettings { keep_motion: true, ..CalibrateSettings::default() };
         let found = match calibrate(&mut project, &settings, &Progress::silent()) {
             Ok(found) => found,
             Err(refusal) => {
@@ -158,9 +141,8 @@ fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
         };
         let angles = angles_deg(&found.rig, &dome);
         let lamps = found.rig.lamps.iter().zip(&angles);
-        let trusted: Vec<f32> = (lamps.filter(|(lamp, _)| lamp.confidence > 0.5))
-            .map(|(_, angle)| *angle)
-            .collect();
+        let trusted: Vec<f32> =
+            (lamps.filter(|(lamp, _)| lamp.confidence > 0.5)).map(|(_, angle)| *angle).collect();
         let wrong = trusted.iter().filter(|angle| **angle > 5.0).count();
         let (count, worst) = (trusted.len(), trusted.iter().copied().fold(0.0, f32::max));
         let off = [0, 1].map(|i| {
@@ -172,26 +154,14 @@ fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
             found.gamma_deviation, found.rig_findings
         );
         assert!(
-            found
-                .rig
-                .lamps
-                .iter()
-                .all(|l| l.energy.iter().all(|e| e.is_finite() && *e >= 0.0))
+            found.rig.lamps.iter().all(|l| l.energy.iter().all(|e| e.is_finite() && *e >= 0.0))
         );
-        assert!(
-            found
-                .interview_weights
-                .iter()
-                .flatten()
-                .all(|w| w.is_finite() && *w >= 0.0)
-        );
+        assert!(found.interview_weights.iter().flatten().all(|w| w.is_finite() && *w >= 0.0));
         assert!(wrong == 0, "{name}: {angles:?}");
         assert!(off.iter().all(|off| *off < 3.0), "{name}: {off:?}");
         let balls_show_nothing = ["noise alone", "black", "white"].contains(&name);
         assert!(!balls_show_nothing || count == 0, "{name}: {count} trusted");
-        measured.push(format!(
-            "{name}: {count} of 14 trusted, {worst:.1}° off at most"
-        ));
+        measured.push(format!("{name}: {count} of 14 trusted, {worst:.1}° off at most"));
     }
     test_support::shown!(Light, "Mirror balls under noise, of noise alone, black, white",
         danger: "directions and a response that are wrong and sure",

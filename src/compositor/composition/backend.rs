@@ -135,9 +135,7 @@ impl ReadPicture {
             mended: read.mended,
             ms: read.times.map(|times| {
                 let mut ms = [0.0; Pass::ALL.len()];
-                times
-                    .iter()
-                    .for_each(|(pass, span)| ms[*pass as usize] += span);
+                times.iter().for_each(|(pass, span)| ms[*pass as usize] += span);
                 ms
             }),
         }

@@ -32,14 +32,7 @@ pub(crate) struct InMemory<'a> {
 
 impl<'a> InMemory<'a> {
     pub fn new(of: &'a Ingredients<'a>, inputs: Inputs, rim: Rim) -> Self {
-        Self {
-            of,
-            frame: inputs.frame,
-            rim,
-            mended: 0,
-            ms: [0.0; Pass::ALL.len()],
-            running: None,
-        }
+        Self { of, frame: inputs.frame, rim, mended: 0, ms: [0.0; Pass::ALL.len()], running: None }
     }
 
     fn stop(&mut self) {
@@ -106,10 +99,7 @@ impl Backend for InMemory<'_> {
         let (field, mask) = (self.of.field, self.of.mask);
         let even = field.relight(&even_light(field.lamps()))?;
         let step = smoothing::step(even.pixels.len());
-        Ok(smoothing::samples(
-            even.pixels.into_iter().step_by(step),
-            mask,
-        ))
+        Ok(smoothing::samples(even.pixels.into_iter().step_by(step), mask))
     }
 
     fn relight(&mut self, weights: &[[f32; 3]]) -> Result<Arc<Image>> {
@@ -188,11 +178,9 @@ impl Backend for InMemory<'_> {
     fn over(&mut self, subject: &mut Arc<Image>, behind: &Arc<Image>) -> Result<()> {
         let pixels = Arc::make_mut(subject).pixels.par_iter_mut();
         let pixels = pixels.zip(&behind.pixels).zip(&self.of.matte().pixels);
-        pixels
-            .with_min_len(4096)
-            .for_each(|((pixel, light), alpha)| {
-                (0..3).for_each(|c| pixel[c] += (1.0 - alpha) * light[c]);
-            });
+        pixels.with_min_len(4096).for_each(|((pixel, light), alpha)| {
+            (0..3).for_each(|c| pixel[c] += (1.0 - alpha) * light[c]);
+        });
         Ok(())
     }
 

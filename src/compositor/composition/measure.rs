@@ -72,10 +72,7 @@ pub fn inputs(of: &Ingredients) -> Inputs {
     let bits = f32::to_bits;
     let identity = of.extra.identity;
     let weights: Vec<[u32; 3]> = of.weights.per_lamp.iter().map(|w| w.map(bits)).collect();
-    let grain = of
-        .extra
-        .grain
-        .map(|grain| grain.deviation.map(|bin| bin.map(bits)));
+    let grain = of.extra.grain.map(|grain| grain.deviation.map(|bin| bin.map(bits)));
     Inputs {
         frame: key((identity.frame, of.mask.size(), of.matte().size())),
         light: key((weights, bits(of.levels.subject))),

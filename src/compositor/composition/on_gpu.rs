@@ -120,18 +120,13 @@ impl Backend for OnGpu<'_> {
         input: &CodesInput,
         codes: &mut GpuPicture,
     ) -> Result<()> {
-        let matte = self
-            .plate
-            .as_ref()
-            .map_or(&self.matte.picture, |plate| &plate.lit);
+        let matte = self.plate.as_ref().map_or(&self.matte.picture, |plate| &plate.lit);
         *codes = (step.on_gpu)(context, input, &mut self.recording, codes, matte)?;
         Ok(())
     }
 
     fn even_samples(&mut self) -> Result<Vec<[f32; 3]>> {
-        let even = self
-            .recording
-            .sum(self.field, &even_light(self.field.lamps))?;
+        let even = self.recording.sum(self.field, &even_light(self.field.lamps))?;
         let step = smoothing::step(even.width * even.height);
         let even = self.recording.every(&even, step)?;
         let light = even.into_iter().map(|[r, g, b, _]| [r, g, b]);
@@ -181,9 +176,7 @@ impl Backend for OnGpu<'_> {
         let (width, height) = self.of.matte().size();
         if let Some(panorama) = self.panorama()? {
             let open = self.recording.blank((width, height))?;
-            return self
-                .recording
-                .background(&open, &panorama, backdrop, self.of.view, false);
+            return self.recording.background(&open, &panorama, backdrop, self.of.view, false);
         }
         let mut behind = Image::filled(width, height, [0.0; 3]);
         let open = Mask::filled(width, height, 0.0);
@@ -195,8 +188,7 @@ impl Backend for OnGpu<'_> {
     fn surround(&mut self, subject: &mut GpuPicture, backdrop: &Backdrop) -> Result<()> {
         *subject = match self.panorama()? {
             Some(panorama) => {
-                self.recording
-                    .background(subject, &panorama, backdrop, self.of.view, true)?
+                self.recording.background(subject, &panorama, backdrop, self.of.view, true)?
             }
             None => {
                 let behind = self.behind(backdrop)?;

@@ -41,19 +41,10 @@ pub fn on_every_size(test: impl Fn(&Set)) {
         let image = Image::from_fn(width, height, |x, y| {
             let noise = ((x * 7919 + y * 104_729) % 1009) as f32 / 1009.0;
             let lamp = if (x * 5 + y * 3) % 211 == 7 { 1e6 } else { 1.0 };
-            [
-                noise * lamp,
-                0.7 * x as f32 / width as f32,
-                2.0 * y as f32 / height as f32,
-            ]
+            [noise * lamp, 0.7 * x as f32 / width as f32, 2.0 * y as f32 / height as f32]
         });
         let on_gpu = passes.upload(&image, &mask).unwrap();
-        test(&Set {
-            passes,
-            image,
-            mask,
-            on_gpu,
-        });
+        test(&Set { passes, image, mask, on_gpu });
     }
 }
 
@@ -98,10 +89,7 @@ fn parameters_are_laid_out_as_the_shaders_say() {
     for shader in crate::shaders().filter(|shader| shader.name != "relight") {
         let name = shader.name;
         let module = naga::front::wgsl::parse_str(&shader.source()).unwrap();
-        let params = module
-            .types
-            .iter()
-            .find(|(_, t)| t.name.as_deref() == Some("Params"));
+        let params = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Params"));
         let naga::TypeInner::Struct { span, members } = &params.unwrap().1.inner else {
             panic!("{name}: Params is no struct");
         };
@@ -109,10 +97,7 @@ fn parameters_are_laid_out_as_the_shaders_say() {
             "pyramid" => (size_of::<PyramidParams>(), &[0, 8, 16, 20, 24]),
             "grain" => (size_of::<GrainParams>(), &[0, 8, 12, 16, 144]),
             "false_color" => (size_of::<FalseColorParams>(), &[0, 8, 16, 144]),
-            "background" => (
-                size_of::<BackgroundParams>(),
-                &[0, 8, 16, 20, 24, 28, 32, 80],
-            ),
+            "background" => (size_of::<BackgroundParams>(), &[0, 8, 16, 20, 24, 28, 32, 80]),
             "view" => (size_of::<ViewParams>(), &[0, 8, 12, 16, 20, 24, 28]),
             "dither" | "measure" => (size_of::<PlainParams>(), &[0, 8]),
             "plate" => (size_of::<PlateParams>(), &[0, 8, 12, 16, 24]),
@@ -151,30 +136,16 @@ fn the_subject_s_edge_agrees_with_its_twin() {
 fn what_is_measured_on_the_gpu_is_what_is_measured_in_memory() {
     on_every_size(|set| {
         let near = |there: f32, here: f32, most: f32| {
-            assert!(
-                (there - here).abs() <= most * here.abs().max(1.0),
-                "{there} is not {here}"
-            );
+            assert!((there - here).abs() <= most * here.abs().max(1.0), "{there} is not {here}");
         };
         let mut recording = set.passes.begin();
-        assert_eq!(
-            recording.brightest(&set.on_gpu).unwrap(),
-            cpu::brightest(&set.image)
-        );
+        assert_eq!(recording.brightest(&set.on_gpu).unwrap(), cpu::brightest(&set.image));
         let every: Vec<[f32; 3]> = set.image.pixels.iter().copied().step_by(7).collect();
         let picked = recording.every(&set.on_gpu, 7).unwrap();
-        assert_eq!(
-            picked
-                .iter()
-                .map(|p| [p[0], p[1], p[2]])
-                .collect::<Vec<_>>(),
-            every
-        );
+        assert_eq!(picked.iter().map(|p| [p[0], p[1], p[2]]).collect::<Vec<_>>(), every);
 
         let codes = cpu::view(&set.image, ViewTransform::Srgb);
-        let grain = recording
-            .grain_of(&set.upload(&codes.0), &set.mask)
-            .unwrap();
+        let grain = recording.grain_of(&set.upload(&codes.0), &set.mask).unwrap();
         let deviations = grain.deviation.iter().flatten();
         let own = Grain::of(&codes, &set.mask);
         for (there, here) in deviations.zip(own.deviation.iter().flatten()) {
@@ -228,9 +199,7 @@ fn background_agrees_with_its_twin() {
             let panorama = Image::from_fn(2 * rows, rows, |x, y| {
                 [1.0 + (0.3 * x as f32).sin(), y as f32 / rows as f32, 0.25]
             });
-            let view = CameraView {
-                vertical_fov_deg: fov,
-            };
+            let view = CameraView { vertical_fov_deg: fov };
             let mut here = set.image.clone();
             let backdrop = cpu::Backdrop {
                 yaw_deg: yaw,
@@ -273,12 +242,7 @@ fn background_blur_agrees_with_its_twin() {
 fn light_wrap_agrees_with_its_twin() {
     on_every_size(|set| {
         let subject = Raster {
-            pixels: set
-                .mask
-                .pixels
-                .iter()
-                .map(|a| [0.2 * a, 0.1 * a, 0.3 * a])
-                .collect(),
+            pixels: set.mask.pixels.iter().map(|a| [0.2 * a, 0.1 * a, 0.3 * a]).collect(),
             ..set.image.clone()
         };
         let mut here = subject.clone();
@@ -322,12 +286,7 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
         for (view, through) in curves {
             for (exposure_stops, gamma) in [(0.0, 1.0), (1.5, 1.0), (-2.0, 2.2), (0.0, 0.6)] {
                 let scene = Scene {
-                    viewing: Viewing {
-                        exposure_stops,
-                        gamma,
-                        view,
-                        through: through.clone(),
-                    },
+                    viewing: Viewing { exposure_stops, gamma, view, through: through.clone() },
                     ..Scene::default()
                 };
                 let here = cpu::viewed(&set.image, &scene).0;
@@ -339,13 +298,7 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
         }
         let codes = cpu::view(&set.image, ViewTransform::Srgb);
         let on_gpu = set.upload(&codes.0);
-        let all = [
-            Channel::Red,
-            Channel::Green,
-            Channel::Blue,
-            Channel::Luminance,
-            Channel::Alpha,
-        ];
+        let all = [Channel::Red, Channel::Green, Channel::Blue, Channel::Luminance, Channel::Alpha];
         for channel in all {
             let mut here = codes.clone();
             cpu::channels(&mut here, &set.mask, channel);
@@ -379,12 +332,8 @@ fn false_color_agrees_with_its_twin() {
 fn grain_agrees_with_its_twin() {
     on_every_size(|set| {
         let ramp = |bin: usize| [0.01, 0.02, 0.03].map(|d| d * (1 + bin) as f32 / 4.0);
-        let plate = Grain {
-            deviation: std::array::from_fn(ramp),
-        };
-        let own = Grain {
-            deviation: [[0.008; 3]; BINS],
-        };
+        let plate = Grain { deviation: std::array::from_fn(ramp) };
+        let own = Grain { deviation: [[0.008; 3]; BINS] };
         let mut here = cpu::view(&set.image, ViewTransform::Srgb);
         let codes = set.upload(&here.0);
         cpu::grain(&mut here, [&set.mask; 2], [&plate, &own], 1.0, 17);
@@ -403,9 +352,8 @@ fn dither_agrees_with_its_twin() {
         let there = set.there(|recording| recording.dither(&codes, &set.matte()));
         // The pattern enlarges rounding, and where it wraps it moves a code by a whole step.
         let values = there.pixels.iter().zip(&here.0.pixels);
-        let apart: Vec<f32> = values
-            .flat_map(|(there, here)| (0..3).map(|c| (there[c] - here[c]).abs()))
-            .collect();
+        let apart: Vec<f32> =
+            values.flat_map(|(there, here)| (0..3).map(|c| (there[c] - here[c]).abs())).collect();
         assert!(apart.iter().all(|&v| v <= 1.001 / 255.0));
         assert!(apart.iter().filter(|&&v| v > 0.01 / 255.0).count() * 100 <= apart.len());
     });
@@ -426,9 +374,7 @@ fn nan_and_infinity_do_not_spread_on_the_gpu() {
             let pixels = picture.pixels.iter().enumerate().filter(|(i, _)| *i != 40);
             pixels.flat_map(|(_, p)| p).all(|v| v.is_finite())
         };
-        let plain = passes
-            .upload(&Image::filled(24, 24, [0.1; 3]), &mask)
-            .unwrap();
+        let plain = passes.upload(&Image::filled(24, 24, [0.1; 3]), &mask).unwrap();
         let mut recording = passes.begin();
         let made = [
             recording.background_blur(&picture, 2.0).unwrap(),
@@ -440,9 +386,5 @@ fn nan_and_infinity_do_not_spread_on_the_gpu() {
             assert!(finite(&picture), "{value}");
         }
     }
-    assert!(
-        passes
-            .upload(&Image::filled(0, 4, [0.0; 3]), &Mask::filled(0, 4, 0.0))
-            .is_err()
-    );
+    assert!(passes.upload(&Image::filled(0, 4, [0.0; 3]), &Mask::filled(0, 4, 0.0)).is_err());
 }

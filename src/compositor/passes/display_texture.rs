@@ -6,10 +6,8 @@ use super::shader::Shader;
 use base::error::{Error, Result};
 use bytemuck::bytes_of;
 
-pub(super) const DISPLAY_TEXTURE: Shader = Shader::alone(
-    "display_texture",
-    include_str!("../../../shaders/display_texture.wgsl"),
-);
+pub(super) const DISPLAY_TEXTURE: Shader =
+    Shader::alone("display_texture", include_str!("../../../shaders/display_texture.wgsl"));
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
@@ -58,19 +56,12 @@ impl Recording<'_> {
             usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
-        let params = PlainParams {
-            size: [width, height],
-            values: [row / 4, 0],
-        };
+        let params = PlainParams { size: [width, height], values: [row / 4, 0] };
         let bound = [codes.binding(), codes.binding(), bytes.as_entire_binding()];
         let groups = [width, height].map(|n| n.div_ceil(WORKGROUP));
         let shader = (&DISPLAY_TEXTURE, "display_texture");
         self.dispatch(shader, bytes_of(&params), bound, groups);
-        let size = wgpu::Extent3d {
-            width,
-            height,
-            depth_or_array_layers: 1,
-        };
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let texture = passes.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("relit picture"),
             size,
@@ -89,17 +80,11 @@ impl Recording<'_> {
             rows_per_image: None,
         };
         self.commands().copy_buffer_to_texture(
-            wgpu::TexelCopyBufferInfo {
-                buffer: &bytes,
-                layout,
-            },
+            wgpu::TexelCopyBufferInfo { buffer: &bytes, layout },
             texture.as_image_copy(),
             size,
         );
-        Ok(DisplayTexture {
-            texture,
-            device: passes.device.clone(),
-        })
+        Ok(DisplayTexture { texture, device: passes.device.clone() })
     }
 }
 
@@ -127,17 +112,12 @@ mod tests {
             bytes_per_row: Some(row),
             rows_per_image: None,
         };
-        let target = wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout,
-        };
+        let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
         commands.copy_texture_to_buffer(shown.texture.as_image_copy(), target, size);
         let target = (&passes.device, &passes.queue);
         read_back(target, commands, &[&buffer], |parts| {
             let rows = parts[0].chunks_exact(row as usize);
-            rows.flat_map(|row| &row[..4 * size.width as usize])
-                .copied()
-                .collect()
+            rows.flat_map(|row| &row[..4 * size.width as usize]).copied().collect()
         })
         .unwrap()
     }
@@ -177,9 +157,7 @@ mod tests {
         let long = GpuPicture {
             width: most + 1,
             height: 1,
-            ..passes
-                .upload_opaque(&Image::filled(1, 1, [0.0; 3]))
-                .unwrap()
+            ..passes.upload_opaque(&Image::filled(1, 1, [0.0; 3])).unwrap()
         };
         let said = passes.begin().show(&long, &[]).unwrap_err();
         assert!(said.to_string().contains("no texture of"), "{said}");

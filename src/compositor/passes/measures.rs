@@ -17,10 +17,7 @@ impl Recording<'_> {
     /// Every `step`-th pixel: at most as many as the picture has, divided by `step`.
     pub fn every(&mut self, picture: &GpuPicture, step: usize) -> Result<Vec<[f32; 4]>> {
         let count = (picture.width * picture.height).div_ceil(step);
-        let params = PlainParams {
-            size: extent((count, 1)),
-            values: [step as u32, 0],
-        };
+        let params = PlainParams { size: extent((count, 1)), values: [step as u32, 0] };
         let pick = (&MEASURE, "pick");
         let picked = self.run(pick, bytes_of(&params), picture, None, (count, 1))?;
         let [picked] = self.read([&picked])?;
@@ -33,10 +30,7 @@ impl Recording<'_> {
         entry: &'static str,
         picture: &GpuPicture,
     ) -> Result<Vec<[f32; 4]>> {
-        let params = PlainParams {
-            size: extent(picture.size()),
-            values: [0; 2],
-        };
+        let params = PlainParams { size: extent(picture.size()), values: [0; 2] };
         let parts = self.blank((GROUPS as usize, 1))?;
         let bound = [picture, picture, &parts].map(GpuPicture::binding);
         self.dispatch((&MEASURE, entry), bytes_of(&params), bound, [GROUPS, 1]);
@@ -50,10 +44,7 @@ impl Recording<'_> {
         picture: &GpuPicture,
         size: (usize, usize),
     ) -> Result<GpuPicture> {
-        let params = PlainParams {
-            size: extent(size),
-            values: extent(picture.size()),
-        };
+        let params = PlainParams { size: extent(size), values: extent(picture.size()) };
         let shrink = (&MEASURE, "shrink");
         self.run(shrink, bytes_of(&params), picture, None, size)
     }

@@ -56,11 +56,7 @@ impl PicturePasses {
         let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
             count: None,
         };
         let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
@@ -87,10 +83,7 @@ impl PicturePasses {
     /// The compiled entry point of a shader.
     pub(super) fn pipeline(&self, shader: &Shader, entry: &'static str) -> wgpu::ComputePipeline {
         // The map is whole at any time, even if a lost GPU made a thread panic here.
-        let mut pipelines = self
-            .pipelines
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         let compile = || {
             let device = &self.device;
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -117,11 +110,7 @@ impl PicturePasses {
 
     /// `width · height` pixels of RGBA f32 that this device has.
     pub(super) fn adopt(&self, width: usize, height: usize, buffer: wgpu::Buffer) -> GpuPicture {
-        GpuPicture {
-            width,
-            height,
-            buffer,
-        }
+        GpuPicture { width, height, buffer }
     }
 
     /// Copies a picture and its coverage to the GPU. Both have one size.

@@ -32,20 +32,10 @@ pub(super) fn read_back<T>(
     queue.submit([commands.finish()]);
     let (sender, receiver) = std::sync::mpsc::channel();
     // The receiver outlives the poll below, so the message always arrives.
-    there
-        .slice(..)
-        .map_async(wgpu::MapMode::Read, move |mapped| drop(sender.send(mapped)));
-    device
-        .poll(wgpu::PollType::wait_indefinitely())
-        .map_err(|e| fail(e.to_string()))?;
-    receiver
-        .recv()
-        .map_err(|e| fail(e.to_string()))?
-        .map_err(|e| fail(e.to_string()))?;
-    let view = there
-        .slice(..)
-        .get_mapped_range()
-        .map_err(|e| fail(e.to_string()))?;
+    there.slice(..).map_async(wgpu::MapMode::Read, move |mapped| drop(sender.send(mapped)));
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| fail(e.to_string()))?;
+    receiver.recv().map_err(|e| fail(e.to_string()))?.map_err(|e| fail(e.to_string()))?;
+    let view = there.slice(..).get_mapped_range().map_err(|e| fail(e.to_string()))?;
     let mut rest = &view[..];
     let parts: Vec<&[u8]> = sources
         .iter()
@@ -65,9 +55,5 @@ pub(super) fn image((width, height): (usize, usize), rgba: &[u8]) -> Image {
         let [r, g, b, _] = bytemuck::pod_read_unaligned::<[f32; 4]>(pixel);
         [r, g, b]
     };
-    Image {
-        width,
-        height,
-        pixels: pixels.map(light).collect(),
-    }
+    Image { width, height, pixels: pixels.map(light).collect() }
 }

@@ -98,12 +98,10 @@ impl<'a> Recording<'a> {
         encode: impl FnOnce(&mut wgpu::ComputePass) -> T,
     ) -> T {
         let timestamp_writes = self.clock.as_mut().and_then(|clock| clock.span(self.pass));
-        let mut pass = self
-            .commands
-            .begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(label),
-                timestamp_writes,
-            });
+        let mut pass = self.commands.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(label),
+            timestamp_writes,
+        });
         encode(&mut pass)
     }
 
@@ -226,9 +224,7 @@ impl<'a> Recording<'a> {
             commands.copy_buffer_to_buffer(&picture.buffer, from, &values, 16 * i, 16);
         }
         let target = (device, &self.passes.queue);
-        read_back(target, commands, &[&values], |parts| {
-            bytemuck::pod_collect_to_vec(parts[0])
-        })
+        read_back(target, commands, &[&values], |parts| bytemuck::pod_collect_to_vec(parts[0]))
     }
 
     /// Has the GPU do all that was recorded, and reads `pictures`, what was counted and how long it took,
@@ -254,10 +250,7 @@ impl<'a> Recording<'a> {
         let texture = self.display_texture(codes)?;
         let (commands, unread) = self.end(pictures);
         let submission = unread.queue.submit([commands.finish()]);
-        let wait = wgpu::PollType::Wait {
-            submission_index: Some(submission),
-            timeout: None,
-        };
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
         unread.device.poll(wait).map_err(|e| {
             Error::device(
                 format!("the GPU did not finish the relit picture: {e}"),

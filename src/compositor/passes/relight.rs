@@ -90,9 +90,7 @@ impl RelightPass {
             self.encode(&mut pass, field, weights)?
         };
         let target = (&self.device, &self.queue);
-        read_back(target, commands, &[&relit], |parts| {
-            image((field.width, field.height), parts[0])
-        })
+        read_back(target, commands, &[&relit], |parts| image((field.width, field.height), parts[0]))
     }
 
     /// Uploads a field, sums it and reads the picture back.
@@ -158,10 +156,9 @@ impl RelightPass {
         self.check_groups(groups, 2)?;
         let halves = (2, values.as_entire_binding());
         let halve = [(0, field.binding()), halves, shape, stored_binding];
-        for (pipeline, bound, groups) in [
-            (&self.largest, &search[..], SEARCHES.min(groups)),
-            (&self.halve, &halve[..], groups),
-        ] {
+        for (pipeline, bound, groups) in
+            [(&self.largest, &search[..], SEARCHES.min(groups)), (&self.halve, &halve[..], groups)]
+        {
             // Two passes: the second sees all that the first wrote.
             let mut pass = commands.begin_compute_pass(&Default::default());
             self.dispatch(&mut pass, pipeline, bound, groups);
@@ -241,10 +238,7 @@ impl RelightPass {
         };
         // A binding may not be empty; the shader's count keeps it from reading this one.
         if shares.is_empty() {
-            shares.push(Share {
-                weight: [0.0; 3],
-                lamp: 0,
-            });
+            shares.push(Share { weight: [0.0; 3], lamp: 0 });
         }
         let storage = wgpu::BufferUsages::STORAGE;
         let shares = self.upload(bytemuck::cast_slice(&shares), storage);
@@ -276,9 +270,8 @@ impl RelightPass {
         groups: usize,
     ) {
         let bound = bound.iter().cloned();
-        let entries: Vec<wgpu::BindGroupEntry> = bound
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
+        let entries: Vec<wgpu::BindGroupEntry> =
+            bound.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
         let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("relight"),
             layout: &pipeline.get_bind_group_layout(0),
@@ -327,9 +320,8 @@ pub(crate) mod tests {
     fn wait<T>(future: impl Future<Output = T>) -> T {
         let mut future = pin!(future);
         loop {
-            if let Poll::Ready(value) = future
-                .as_mut()
-                .poll(&mut Context::from_waker(Waker::noop()))
+            if let Poll::Ready(value) =
+                future.as_mut().poll(&mut Context::from_waker(Waker::noop()))
             {
                 return value;
             }
@@ -354,10 +346,7 @@ pub(crate) mod tests {
         } else {
             (Need::Gpu, wgpu::Features::empty())
         };
-        let wanted = wgpu::DeviceDescriptor {
-            required_features,
-            ..Default::default()
-        };
+        let wanted = wgpu::DeviceDescriptor { required_features, ..Default::default() };
         found(need, wait(adapter.request_device(&wanted)))
     }
 
@@ -394,20 +383,14 @@ pub(crate) mod tests {
         let Some(pass) = pass() else { return };
         for (width, height, lamps) in [(1, 1, 1), (67, 45, 41), (128, 128, 7)] {
             let field = noise_field(width, height, lamps);
-            let mut weights: Vec<[f32; 3]> = (0..lamps)
-                .map(|l| [0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32])
-                .collect();
+            let mut weights: Vec<[f32; 3]> =
+                (0..lamps).map(|l| [0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32]).collect();
             weights[lamps / 2] = [0.0; 3];
             weights[lamps - 1] = [1e6, 0.5, 2e5];
             let there = pass.run(&field, &weights).unwrap();
             let here = relight(&field, &weights, &lit_lamps(&weights));
             assert_eq!(there.size(), here.size());
-            for (gpu, cpu) in there
-                .pixels
-                .iter()
-                .flatten()
-                .zip(here.pixels.iter().flatten())
-            {
+            for (gpu, cpu) in there.pixels.iter().flatten().zip(here.pixels.iter().flatten()) {
                 // All terms are positive: the order of 41 additions and their fusing move less than this.
                 assert!((gpu - cpu).abs() <= 1e-5 * cpu.abs(), "{gpu} is not {cpu}");
             }
@@ -420,9 +403,8 @@ pub(crate) mod tests {
         for (width, height, lamps) in [(1, 1, 1), (67, 45, 41), (128, 128, 7)] {
             let field = noise_field(width, height, lamps);
             let half = HalfField::from(&field);
-            let mut weights: Vec<[f32; 3]> = (0..lamps)
-                .map(|l| [0.1 + 0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32])
-                .collect();
+            let mut weights: Vec<[f32; 3]> =
+                (0..lamps).map(|l| [0.1 + 0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32]).collect();
             weights[lamps - 1] = [1e6, 0.5, 2e5];
             let there = pass.run_half(&half, &weights).unwrap();
             let here = relight_half(&half, &weights, &lit_lamps(&weights));
@@ -437,10 +419,7 @@ pub(crate) mod tests {
                 assert!((gpu - full).abs() <= (1e-5 + 0.5f32.powi(11)) * full);
             }
         }
-        assert!(
-            pass.run_half(&HalfField::from(&noise_field(4, 4, 3)), &[[1.0; 3]; 2])
-                .is_err()
-        );
+        assert!(pass.run_half(&HalfField::from(&noise_field(4, 4, 3)), &[[1.0; 3]; 2]).is_err());
     }
 
     #[test]
@@ -480,9 +459,7 @@ pub(crate) mod tests {
         let mut field = noise_field(5, 5, 2);
         field.values[7] = f32::INFINITY;
         field.values[25 + 9] = f32::NAN;
-        let half = pass
-            .halve(&FieldBuffer::upload(&field, &pass.device))
-            .unwrap();
+        let half = pass.halve(&FieldBuffer::upload(&field, &pass.device)).unwrap();
         let lit = pass.sum(&half, &[[1.0; 3]; 2]).unwrap();
         let here = relight(&field, &[[1.0; 3]; 2], &[0, 1]);
         for (i, (there, here)) in lit.pixels.iter().zip(&here.pixels).enumerate() {
@@ -498,28 +475,15 @@ pub(crate) mod tests {
     fn the_gpu_sums_components_as_its_twin_does() {
         let Some(pass) = pass() else { return };
         let field = noise_field(67, 45, 5);
-        let weights = [
-            [1e4, 0.0, 2.0],
-            [0.0; 3],
-            [1.0; 3],
-            [0.5; 3],
-            [0.0, 3.0, 0.0],
-        ];
+        let weights = [[1e4, 0.0, 2.0], [0.0; 3], [1.0; 3], [0.5; 3], [0.0, 3.0, 0.0]];
         for error in [0.0, 0.2, 2.0] {
             let field = CompressedField::of(&field, error);
             let here = relight_compressed(&field, &weights);
             let there = FieldBuffer::upload_components(field, &pass.device);
             let there = pass.sum(&there, &weights).unwrap();
-            let largest = here
-                .pixels
-                .as_flattened()
-                .iter()
-                .fold(0f32, |m, v| m.max(*v));
+            let largest = here.pixels.as_flattened().iter().fold(0f32, |m, v| m.max(*v));
             for (there, here) in (there.pixels.iter().flatten()).zip(here.pixels.iter().flatten()) {
-                assert!(
-                    (there - here).abs() <= 1e-5 * largest,
-                    "{there} is not {here}"
-                );
+                assert!((there - here).abs() <= 1e-5 * largest, "{there} is not {here}");
             }
         }
     }
@@ -531,9 +495,7 @@ pub(crate) mod tests {
         field.values[75..150].fill(f32::NAN);
         field.values[7] = f32::INFINITY;
         let half = HalfField::from(&field);
-        let lit = pass
-            .run_half(&half, &[[1.0; 3], [0.0; 3], [1.0; 3]])
-            .unwrap();
+        let lit = pass.run_half(&half, &[[1.0; 3], [0.0; 3], [1.0; 3]]).unwrap();
         let bad = |i: &usize| lit.pixels[*i].iter().any(|v| !v.is_finite());
         assert_eq!((0..25).filter(bad).collect::<Vec<_>>(), [7]);
     }
@@ -542,13 +504,7 @@ pub(crate) mod tests {
     fn nothing_to_sum_is_black_and_what_does_not_fit_is_refused() {
         let Some(pass) = pass() else { return };
         let field = noise_field(4, 4, 3);
-        assert!(
-            pass.run(&field, &[[0.0; 3]; 3])
-                .unwrap()
-                .pixels
-                .iter()
-                .all(|&p| p == [0.0; 3])
-        );
+        assert!(pass.run(&field, &[[0.0; 3]; 3]).unwrap().pixels.iter().all(|&p| p == [0.0; 3]));
         assert!(pass.run(&field, &[[1.0; 3]; 2]).is_err());
         let mut dark = field.clone();
         dark.values[48..96].fill(f32::NAN);

@@ -16,20 +16,12 @@ pub struct Shader {
 impl Shader {
     /// A shader from picture to picture, over the bindings of the prelude.
     pub(crate) const fn new(name: &'static str, text: &'static str) -> Self {
-        Self {
-            name,
-            text,
-            shared: PRELUDE,
-        }
+        Self { name, text, shared: PRELUDE }
     }
 
     /// A shader with bindings of its own.
     pub(super) const fn alone(name: &'static str, text: &'static str) -> Self {
-        Self {
-            name,
-            text,
-            shared: "",
-        }
+        Self { name, text, shared: "" }
     }
 
     /// The WGSL that a GPU is given.

@@ -43,9 +43,7 @@ impl PicturePasses {
         let rings = rings(solid, mask);
         let mut words = vec![u32::MAX; mask.pixels.len()];
         let solid = words.iter_mut().zip(&mask.pixels);
-        solid
-            .filter(|(_, a)| **a >= SOLID)
-            .for_each(|(word, _)| *word = 0);
+        solid.filter(|(_, a)| **a >= SOLID).for_each(|(word, _)| *word = 0);
         for (ring, pixels) in (1..).zip(&rings) {
             pixels.iter().for_each(|&pixel| words[pixel] = ring);
         }
@@ -92,9 +90,7 @@ impl Recording<'_> {
     pub fn sum(&mut self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<GpuPicture> {
         let passes = self.passes();
         passes.relight.check_binds(field, weights)?;
-        let relit = self.record("relight", |pass| {
-            passes.relight.encode(pass, field, weights)
-        })?;
+        let relit = self.record("relight", |pass| passes.relight.encode(pass, field, weights))?;
         Ok(passes.adopt(field.width, field.height, relit))
     }
 
@@ -120,11 +116,7 @@ impl Recording<'_> {
     /// # Errors
     /// When the device has no room.
     pub fn cut_out(&mut self, sum: &GpuPicture, matte: &GpuMatte) -> Result<GpuPicture> {
-        let params = EdgeParams {
-            size: extent(sum.size()),
-            rings: matte.ring_count,
-            solid: SOLID,
-        };
+        let params = EdgeParams { size: extent(sum.size()), rings: matte.ring_count, solid: SOLID };
         let (params, second) = (bytes_of(&params), &matte.picture);
         let mended = self.run((&EDGES, "mend"), params, sum, Some(second), sum.size())?;
         if matte.ring_count > 0 {

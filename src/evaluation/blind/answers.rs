@@ -143,12 +143,7 @@ impl Answers {
             writeln!(out, "{HEADER}")?;
             for (asked, answer) in &self.0 {
                 let question = asked.question.name();
-                let Answer {
-                    left,
-                    right,
-                    chosen,
-                    seconds,
-                } = answer;
+                let Answer { left, right, chosen, seconds } = answer;
                 writeln!(
                     out,
                     "{},{},{},{question},{left},{right},{chosen},{seconds:.3}",
@@ -207,12 +202,7 @@ fn parsed(line: &str) -> std::result::Result<(Asked, Answer), String> {
     let question = question.ok_or("question is neither like nor better")?;
     let seconds: f64 = (seconds.parse().ok())
         .filter(|s| (0.0..=1e9).contains(s))
-        .ok_or_else(|| {
-            format!(
-                "seconds is {:?}, not a number from 0 up",
-                shortened(seconds)
-            )
-        })?;
+        .ok_or_else(|| format!("seconds is {:?}, not a number from 0 up", shortened(seconds)))?;
     let asked = Asked {
         study: study.to_owned(),
         person: person.to_owned(),
@@ -220,12 +210,7 @@ fn parsed(line: &str) -> std::result::Result<(Asked, Answer), String> {
         question,
     };
     let [left, right, chosen] = [left, right, chosen].map(str::to_owned);
-    let answer = Answer {
-        left,
-        right,
-        chosen,
-        seconds,
-    };
+    let answer = Answer { left, right, chosen, seconds };
     Ok((asked, answer))
 }
 

@@ -109,14 +109,7 @@ pub(super) fn make(
     let frames = middle(project.settings.shoot.frames.len(), settings.frames);
     let (mut clips, mut minutes, mut seen) = (Vec::new(), BTreeMap::new(), 0);
     for &method in &settings.methods {
-        let maker = maker(
-            method,
-            (project, calibration),
-            &lamps,
-            settings,
-            &compute,
-            progress,
-        )?;
+        let maker = maker(method, (project, calibration), &lamps, settings, &compute, progress)?;
         if let Some(network) = maker.network() {
             let info = network.info();
             minutes.insert(name(method), info.seconds / 60.0);
@@ -149,13 +142,7 @@ pub(super) fn make(
             pictures,
         }));
     }
-    Ok(Clips {
-        clips,
-        references,
-        frames: frames.collect(),
-        seen,
-        minutes,
-    })
+    Ok(Clips { clips, references, frames: frames.collect(), seen, minutes })
 }
 
 fn maker(
@@ -170,10 +157,7 @@ fn maker(
         return Ok(Maker::Nearest(nearest));
     }
     match method {
-        Method::Network => Ok(Maker::Network(Box::new(Predictor::open(
-            project,
-            &compute.device,
-        )?))),
+        Method::Network => Ok(Maker::Network(Box::new(Predictor::open(project, &compute.device)?))),
         Method::Prediction | Method::Transfer => {
             let mut opened = OlatPredictor::open(project, calibration, &compute.device)?
                 .steady(project, calibration);
@@ -240,9 +224,8 @@ fn lamps(
     let level =
         |lamp: usize| 1.0 / display_gain([&exemplar.olats[lamp]].into_iter(), &exemplar.mask);
     let usable = |lamp: &usize| calibration.rig.lamps[*lamp].is_usable();
-    let levels: Vec<(usize, f32)> = ((0..names.len()).filter(usable))
-        .map(|lamp| (lamp, level(lamp)))
-        .collect();
+    let levels: Vec<(usize, f32)> =
+        ((0..names.len()).filter(usable)).map(|lamp| (lamp, level(lamp))).collect();
     let most = levels.iter().map(|(_, level)| *level).fold(0.0, f32::max);
     let front: Vec<usize> = (levels.iter())
         .filter(|(_, level)| *level >= FRONT * most)

@@ -38,9 +38,7 @@ pub struct Shown {
 
 /// Whether this can be a study's, a trial's, a clip's or a person's name: it becomes the name of a file.
 pub fn is_name(text: &str) -> bool {
-    let letters = text
-        .bytes()
-        .all(|b| b.is_ascii_lowercase() || b.is_ascii_digit());
+    let letters = text.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit());
     letters && (1..=MOST_LETTERS).contains(&text.len())
 }
 
@@ -52,14 +50,7 @@ impl Key {
         trials: BTreeMap<String, [String; 2]>,
         clips: BTreeMap<String, Shown>,
     ) -> Self {
-        Self {
-            format: FORMAT,
-            study,
-            frames,
-            minutes,
-            trials,
-            clips,
-        }
+        Self { format: FORMAT, study, frames, minutes, trials, clips }
     }
 
     /// Where the key of `study` is.

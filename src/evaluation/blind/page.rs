@@ -52,14 +52,11 @@ pub(super) fn page(project: &Project, clips: &Clips) -> Result<(Key, String)> {
         .map(|(i, clip)| (clip.pictures.iter().fold(START, |hash, p| mark(hash, p)), i))
         .collect();
     order.sort_unstable();
-    let study = order
-        .iter()
-        .fold(START, |hash, (own, _)| mark(hash, &own.to_le_bytes()));
+    let study = order.iter().fold(START, |hash, (own, _)| mark(hash, &own.to_le_bytes()));
     let study = format!("{study:016x}");
     let code = |place: usize| format!("c{:02}", place + 1);
-    let codes: BTreeMap<usize, String> = (order.iter().enumerate())
-        .map(|(place, (_, clip))| (*clip, code(place)))
-        .collect();
+    let codes: BTreeMap<usize, String> =
+        (order.iter().enumerate()).map(|(place, (_, clip))| (*clip, code(place))).collect();
     let mut pairs = Vec::new();
     for (a, (_, first)) in order.iter().enumerate() {
         for (_, second) in &order[a + 1..] {
@@ -80,9 +77,7 @@ pub(super) fn page(project: &Project, clips: &Clips) -> Result<(Key, String)> {
         study.clone(),
         clips.frames.clone(),
         clips.minutes.clone(),
-        (pairs.iter().enumerate())
-            .map(|(place, (pair, _))| (trial(place), pair.clone()))
-            .collect(),
+        (pairs.iter().enumerate()).map(|(place, (pair, _))| (trial(place), pair.clone())).collect(),
         (codes.iter())
             .map(|(&clip, code)| {
                 let clip = &clips.clips[clip];
@@ -97,10 +92,7 @@ pub(super) fn page(project: &Project, clips: &Clips) -> Result<(Key, String)> {
         rate: project.settings.shoot.frame_rate,
         header: HEADER,
         questions: (Question::ALL.into_iter())
-            .map(|q| Asked {
-                name: q.name(),
-                text: q.text(),
-            })
+            .map(|q| Asked { name: q.name(), text: q.text() })
             .collect(),
         references: (references.iter())
             .map(|(lamp, code)| (code.clone(), data_uri(&clips.references[lamp])))

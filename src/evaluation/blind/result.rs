@@ -72,13 +72,7 @@ impl Share {
     /// `chosen` of `of`, with its interval.
     pub fn of(chosen: u64, of: u64) -> Self {
         let [low, high] = exact_interval(chosen, of);
-        Self {
-            chosen,
-            of,
-            share: (of > 0).then(|| chosen as f64 / of as f64),
-            low,
-            high,
-        }
+        Self { chosen, of, share: (of > 0).then(|| chosen as f64 / of as f64), low, high }
     }
 
     fn text(&self) -> String {
@@ -122,11 +116,7 @@ pub fn answers(project: &Project, files: &[PathBuf]) -> Result<AnswersReport> {
     for study in studies {
         results.push(result(project, study, &all, &mut keys)?);
     }
-    Ok(AnswersReport {
-        new,
-        collected: Answers::path(project),
-        studies: results,
-    })
+    Ok(AnswersReport { new, collected: Answers::path(project), studies: results })
 }
 
 fn result(project: &Project, study: &str, all: &Answers, keys: &mut Keys) -> Result<StudyResult> {
@@ -163,16 +153,10 @@ fn result(project: &Project, study: &str, all: &Answers, keys: &mut Keys) -> Res
             question,
             text: question.text(),
             methods: (counts.into_values())
-                .map(|(method, chosen, of)| MethodShare {
-                    method,
-                    share: Share::of(chosen, of),
-                })
+                .map(|(method, chosen, of)| MethodShare { method, share: Share::of(chosen, of) })
                 .collect(),
             pairs: (pairs.into_values())
-                .map(|(methods, chosen, of)| PairShare {
-                    methods,
-                    first: Share::of(chosen, of),
-                })
+                .map(|(methods, chosen, of)| PairShare { methods, first: Share::of(chosen, of) })
                 .collect(),
         });
     }
@@ -190,18 +174,12 @@ fn result(project: &Project, study: &str, all: &Answers, keys: &mut Keys) -> Res
 impl AnswersReport {
     /// The figures in sentences.
     pub fn sentence(&self) -> String {
-        let mut text = format!(
-            "{} answers were new; all are in {}",
-            self.new,
-            self.collected.display()
-        );
+        let mut text =
+            format!("{} answers were new; all are in {}", self.new, self.collected.display());
         for study in &self.studies {
             let (people, answers) = (study.people, study.answers);
             let persons = if people == 1 { "person" } else { "people" };
-            text += &format!(
-                "\n\nStudy {}: {people} {persons}, {answers} answers",
-                study.study
-            );
+            text += &format!("\n\nStudy {}: {people} {persons}, {answers} answers", study.study);
             for question in &study.questions {
                 text += &format!("\n{}", question.text);
                 for MethodShare { method, share } in &question.methods {

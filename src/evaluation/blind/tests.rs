@@ -76,11 +76,7 @@ fn the_page_names_no_method_and_no_lamp_and_loads_nothing() {
     // Without the pictures' letters, which may spell anything.
     let mut text = String::new();
     for (i, part) in html.split("base64,").enumerate() {
-        let part = if i == 0 {
-            part
-        } else {
-            part.split_once('"').unwrap().1
-        };
+        let part = if i == 0 { part } else { part.split_once('"').unwrap().1 };
         text += part;
     }
     let text = text.to_lowercase();
@@ -112,9 +108,8 @@ fn answers_are_unblinded_collected_once_and_counted_exactly() {
         written(folder.path(), &format!("{person}.csv"), &text)
     };
     // Three people always choose the network where it is shown, one always Sun.
-    let mut files: Vec<PathBuf> = (["ann", "bob", "cy"].into_iter())
-        .map(|person| likes(person, Method::Network))
-        .collect();
+    let mut files: Vec<PathBuf> =
+        (["ann", "bob", "cy"].into_iter()).map(|person| likes(person, Method::Network)).collect();
     files.push(likes("dee", Method::Sun));
     let report = answers(&project, &files).unwrap();
     assert_eq!((report.new, report.studies.len()), (48, 1));
@@ -137,32 +132,20 @@ fn answers_are_unblinded_collected_once_and_counted_exactly() {
         assert_eq!(question.pairs.len(), 3);
         let sum: u64 = question.methods.iter().map(|m| m.share.chosen).sum();
         assert_eq!(sum, 24);
-        assert_eq!(
-            [network.low, network.high],
-            exact_interval(network.chosen, 16)
-        );
+        assert_eq!([network.low, network.high], exact_interval(network.chosen, 16));
     }
     // The same files again, and none: nothing new, and all is kept.
     let again = answers(&project, &files[..2]).unwrap();
     assert_eq!((again.new, &again.studies), (0, &report.studies));
-    files
-        .iter()
-        .for_each(|file| std::fs::remove_file(file).unwrap());
+    files.iter().for_each(|file| std::fs::remove_file(file).unwrap());
     assert_eq!(answers(&project, &[]).unwrap().studies, report.studies);
     let text = report.sentence();
-    for part in [
-        "4 people, 48 answers",
-        "network beside sun: 6 of 8 (75.0 %",
-        "looks better?",
-    ] {
+    for part in ["4 people, 48 answers", "network beside sun: 6 of 8 (75.0 %", "looks better?"] {
         assert!(text.contains(part), "{text}");
     }
     let json = serde_json::to_value(&report).unwrap();
     assert_eq!(json["studies"][0]["questions"][0]["question"], "like");
-    assert_eq!(
-        json["studies"][0]["questions"][1]["methods"][0]["method"],
-        "network"
-    );
+    assert_eq!(json["studies"][0]["questions"][1]["methods"][0]["method"], "network");
     assert!(json["studies"][0]["left"]["low"].is_f64());
 }
 
@@ -182,23 +165,13 @@ fn hostile_answers_are_refused_in_sentences_and_change_nothing() {
         fields[field] = value;
         with(&fields.join(","))
     };
-    let other = key
-        .clips
-        .keys()
-        .find(|c| **c != fields[4] && **c != fields[5])
-        .unwrap();
+    let other = key.clips.keys().find(|c| **c != fields[4] && **c != fields[5]).unwrap();
     let cases = [
         (String::new(), "its first line is \"\""),
         ("<html>\n".to_owned(), "its first line is \"<html>\""),
-        (
-            with("a,b"),
-            "line 2: expected 8 values between commas, found 2",
-        ),
+        (with("a,b"), "line 2: expected 8 values between commas, found 2"),
         (with(&"x,".repeat(100_000)), "found 100001"),
-        (
-            changed(0, "../../../etc/passwd"),
-            "study is \"../../../etc/passwd\"",
-        ),
+        (changed(0, "../../../etc/passwd"), "study is \"../../../etc/passwd\""),
         (changed(0, "0123456789abcdef"), "which"),
         (changed(1, "=cmd|' /C calc'!A0"), "person is"),
         (changed(1, &"p".repeat(33)), "up to 32 small letters"),
@@ -213,14 +186,7 @@ fn hostile_answers_are_refused_in_sentences_and_change_nothing() {
             // The same person, who chose the other one.
             with(&lines[1].replace(
                 &format!(",{},1.25", fields[6]),
-                &format!(
-                    ",{},1.25",
-                    if fields[6] == fields[4] {
-                        fields[5]
-                    } else {
-                        fields[4]
-                    }
-                ),
+                &format!(",{},1.25", if fields[6] == fields[4] { fields[5] } else { fields[4] }),
             )),
             "elsewhere",
         ),
@@ -228,10 +194,7 @@ fn hostile_answers_are_refused_in_sentences_and_change_nothing() {
     for (text, part) in cases {
         let file = written(folder.path(), "bad.csv", &text);
         let refused = answers(&project, &[file]).unwrap_err().to_string();
-        assert!(
-            refused.contains(part) && refused.contains("bad.csv"),
-            "{refused}"
-        );
+        assert!(refused.contains(part) && refused.contains("bad.csv"), "{refused}");
         assert!(refused.len() < 1000 && !refused.contains('\n'), "{refused}");
     }
     let bytes = folder.path().join("bytes.csv");
@@ -239,24 +202,12 @@ fn hostile_answers_are_refused_in_sentences_and_change_nothing() {
     assert!(answers(&project, &[bytes]).is_err());
     assert!(answers(&project, &[folder.path().join("gone.csv")]).is_err());
     // One bad line: nothing of the file is taken.
-    let mixed = written(
-        folder.path(),
-        "mixed.csv",
-        &(answered(&key, "eve", |_| 1) + "x\n"),
-    );
+    let mixed = written(folder.path(), "mixed.csv", &(answered(&key, "eve", |_| 1) + "x\n"));
     assert!(answers(&project, &[mixed]).is_err());
     assert_eq!(std::fs::read(Answers::path(&project)).unwrap(), collected);
     // Windows' line ends and a mark of the byte order.
-    let dos = format!(
-        "\u{feff}{}",
-        answered(&key, "dan", |_| 1).replace('\n', "\r\n")
-    );
-    assert_eq!(
-        answers(&project, &[written(folder.path(), "dos.csv", &dos)])
-            .unwrap()
-            .new,
-        12
-    );
+    let dos = format!("\u{feff}{}", answered(&key, "dan", |_| 1).replace('\n', "\r\n"));
+    assert_eq!(answers(&project, &[written(folder.path(), "dos.csv", &dos)]).unwrap().new, 12);
     // A key that somebody changed.
     let path = Key::path(&project, &key.study);
     let text = std::fs::read_to_string(&path).unwrap();
@@ -275,12 +226,7 @@ fn hostile_answers_are_refused_in_sentences_and_change_nothing() {
 fn a_small_shoot_gives_a_page_of_methods_without_a_network() {
     let folder = tempfile::tempdir().unwrap();
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-    let stage = StageSettings {
-        frames: 4,
-        size: 32,
-        lamps: 6,
-        ..StageSettings::default()
-    };
+    let stage = StageSettings { frames: 4, size: 32, lamps: 6, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &silent).unwrap();
     let settings = ImportSettings { size: 32, seed: 0 };
     let mut project = import(&folder.path().join("p"), &shoot, &settings, &silent).unwrap();
@@ -298,10 +244,7 @@ fn a_small_shoot_gives_a_page_of_methods_without_a_network() {
     };
     let methods = [Method::Nearest, Method::Ratio, Method::Nearest];
     let report = blind(&project, &settings(&methods), &silent).unwrap();
-    assert_eq!(
-        (report.methods.len(), report.pairs, report.frames),
-        (2, 2, 3)
-    );
+    assert_eq!((report.methods.len(), report.pairs, report.frames), (2, 2, 3));
     let html = std::fs::read_to_string(&report.page).unwrap();
     assert_eq!(html.len() as u64, report.bytes);
     assert_eq!(html.matches("data:image/jpeg").count(), 2 + 2 * 2 * 3);
@@ -315,8 +258,5 @@ fn a_small_shoot_gives_a_page_of_methods_without_a_network() {
     let mut wrong = settings(&methods);
     wrong.lamps = Some(vec!["olat_99".to_owned()]);
     let wrong = blind(&project, &wrong, &silent).unwrap_err().to_string();
-    assert!(
-        wrong.contains("no lamp olat_99") && wrong.contains("olat_00"),
-        "{wrong}"
-    );
+    assert!(wrong.contains("no lamp olat_99") && wrong.contains("olat_00"), "{wrong}");
 }

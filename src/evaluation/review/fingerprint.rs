@@ -35,18 +35,12 @@ impl Fingerprint {
             },
             calibration: mark(&read(
                 project.calibration_path(),
-                (
-                    "Calibrate this project first",
-                    "afterlight calibrate PROJECT",
-                ),
+                ("Calibrate this project first", "afterlight calibrate PROJECT"),
             )?),
             shoot: mark(
                 &read(
                     project.root.join("project.toml"),
-                    (
-                        "Make a project first",
-                        "afterlight import PROJECT --shoot DIR",
-                    ),
+                    ("Make a project first", "afterlight import PROJECT --shoot DIR"),
                 )?
                 .lines()
                 // Colours of exports and of the viewer, not of OLATs.
@@ -63,10 +57,7 @@ impl Fingerprint {
             (&self.calibration, &now.calibration, "the calibration"),
             (&self.network, &now.network, "the network"),
         ];
-        pairs
-            .into_iter()
-            .find(|(old, new, _)| old != new)
-            .map(|(.., what)| what)
+        pairs.into_iter().find(|(old, new, _)| old != new).map(|(.., what)| what)
     }
 }
 
@@ -103,10 +94,7 @@ mod tests {
         assert_eq!(trained.difference(&calibrated), Some("the calibration"));
         project.settings.color_config = Some("ocio://default".into());
         project.save().unwrap();
-        assert_eq!(
-            calibrated.difference(&Fingerprint::of(&project).unwrap()),
-            None
-        );
+        assert_eq!(calibrated.difference(&Fingerprint::of(&project).unwrap()), None);
         project.settings.size += 16;
         project.save().unwrap();
         let resized = Fingerprint::of(&project).unwrap();

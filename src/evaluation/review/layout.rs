@@ -20,11 +20,7 @@ pub fn place_by_direction(directions: &[Vec3], width: f32, height: f32) -> Sheet
     let places: Vec<[f32; 2]> = directions
         .iter()
         .map(|&d| {
-            if d.is_finite() && d != Vec3::ZERO {
-                uv_from_direction(d).into()
-            } else {
-                [0.5, 1.0]
-            }
+            if d.is_finite() && d != Vec3::ZERO { uv_from_direction(d).into() } else { [0.5, 1.0] }
         })
         .collect();
     let (top, bottom) =
@@ -45,9 +41,8 @@ pub fn place_by_direction(directions: &[Vec3], width: f32, height: f32) -> Sheet
     let side = side_of(rows);
     let mut corners = vec![[0.0; 2]; places.len()];
     for row in 0..rows {
-        let mut lamps: Vec<usize> = (0..places.len())
-            .filter(|&i| row_of(places[i][1], rows) == row)
-            .collect();
+        let mut lamps: Vec<usize> =
+            (0..places.len()).filter(|&i| row_of(places[i][1], rows) == row).collect();
         lamps.sort_by(|&a, &b| places[a][0].total_cmp(&places[b][0]));
         let y = (row as f32 + 0.5) * height / rows as f32 - 0.5 * side;
         // To the right of the one before; then back to the left of the one after, from the edge.

@@ -57,11 +57,7 @@ pub struct Marks {
 
 impl Default for Marks {
     fn default() -> Self {
-        Self {
-            format: FORMAT,
-            cells: Vec::new(),
-            other: toml::Table::new(),
-        }
+        Self { format: FORMAT, cells: Vec::new(), other: toml::Table::new() }
     }
 }
 
@@ -152,26 +148,15 @@ mod tests {
                     mark = \"bad\"\nstamp = 12\n";
         std::fs::write(project.marks_path(), text).unwrap();
         let mut marks = Marks::load(&project).unwrap();
-        assert_eq!(
-            marks.of("frame_005", "olat_01").unwrap().mark,
-            Some(Mark::Bad)
-        );
+        assert_eq!(marks.of("frame_005", "olat_01").unwrap().mark, Some(Mark::Bad));
         assert_eq!(marks.of("frame_005", "olat_02"), None);
         let note = "a \"hard\" edge\nunder <the> chin";
-        marks.set(MarkedOlat::new(
-            "frame_005",
-            "olat_01",
-            Some(Mark::Doubtful),
-            note,
-        ));
+        marks.set(MarkedOlat::new("frame_005", "olat_01", Some(Mark::Doubtful), note));
         marks.set(MarkedOlat::new("pose02", "olat_00", None, "fine"));
         marks.set(MarkedOlat::new("pose02", "olat_01", None, ""));
         marks.save(&project).unwrap();
         let text = std::fs::read_to_string(project.marks_path()).unwrap();
-        assert!(
-            text.contains("author = \"later\"") && text.contains("stamp = 12"),
-            "{text}"
-        );
+        assert!(text.contains("author = \"later\"") && text.contains("stamp = 12"), "{text}");
         let again = Marks::load(&project).unwrap();
         assert_eq!(again, marks);
         assert_eq!(again.all().len(), 2);

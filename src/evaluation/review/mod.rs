@@ -175,11 +175,7 @@ impl Review {
     /// The cases that count: those that the network was not trained on, or all if there are none.
     pub fn judged(&self) -> Vec<&CaseScores> {
         let unseen: Vec<&CaseScores> = self.cases.iter().filter(|c| !c.seen).collect();
-        if unseen.is_empty() {
-            self.cases.iter().collect()
-        } else {
-            unseen
-        }
+        if unseen.is_empty() { self.cases.iter().collect() } else { unseen }
     }
 
     /// Indices of cases and lamps, the worst first.
@@ -305,11 +301,7 @@ pub(crate) mod tests {
 
     /// Three lamps; a frame and a held-out pose that training has not seen, and a pose that it has.
     pub fn example() -> Review {
-        let cell = |psnr_db: f64, flip: f64| OlatScore {
-            psnr_db,
-            ssim: 1.0 - flip,
-            flip,
-        };
+        let cell = |psnr_db: f64, flip: f64| OlatScore { psnr_db, ssim: 1.0 - flip, flip };
         let measured = |case, name: &str, seen, cells: [OlatScore; 3]| CaseScores {
             case,
             name: name.to_owned(),
@@ -324,9 +316,7 @@ pub(crate) mod tests {
             training_steps: 1200,
             training_seconds: 600.0,
             flicker: None,
-            lamps: ["olat_00", "olat_01", "olat_02"]
-                .map(str::to_owned)
-                .to_vec(),
+            lamps: ["olat_00", "olat_01", "olat_02"].map(str::to_owned).to_vec(),
             cases: vec![
                 measured(
                     Case::Frame(5),
@@ -367,11 +357,7 @@ pub(crate) mod tests {
             cases.into_iter().map(|(case, _)| case).collect::<Vec<_>>()
         };
         assert_eq!(order(Metric::Flip), [0, 1, 2]);
-        assert_eq!(
-            order(Metric::Psnr),
-            [2, 0, 1],
-            "the lowest PSNR is the worst"
-        );
+        assert_eq!(order(Metric::Psnr), [2, 0, 1], "the lowest PSNR is the worst");
         assert_eq!(review.worst_lamp(Metric::Flip, 1), Some(0));
         assert_eq!(review.worst_lamp(Metric::Psnr, 1), Some(1));
         assert_eq!(review.worst_lamp(Metric::Psnr, 9), None);
@@ -405,20 +391,14 @@ pub(crate) mod tests {
     fn lamps_are_judged_by_what_training_has_not_seen() {
         let review = example();
         let near = |a: &[f64], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
-        assert!(near(
-            &review.lamp_means(Metric::Flip),
-            [0.075, 0.225, 0.225]
-        ));
+        assert!(near(&review.lamp_means(Metric::Flip), [0.075, 0.225, 0.225]));
         assert_eq!(review.worst_lamps(Metric::Flip)[2], 0);
         let pooled = |a: f64, b: f64| {
             -10.0 * ((10f64.powf(-a / 10.0) + 10f64.powf(-b / 10.0)) / 2.0).log10()
         };
         let wanted = [pooled(30.0, 40.0), pooled(20.0, 22.0), pooled(25.0, 19.0)];
         assert!(near(&review.lamp_means(Metric::Psnr), wanted));
-        assert!(near(
-            &review.case_means(Metric::Flip),
-            [0.2, 0.53 / 3.0, 0.15]
-        ));
+        assert!(near(&review.case_means(Metric::Flip), [0.2, 0.53 / 3.0, 0.15]));
         let mut trained = review;
         trained.cases.iter_mut().for_each(|case| case.seen = true);
         assert_eq!(trained.judged().len(), 3);
@@ -432,20 +412,14 @@ pub(crate) mod tests {
         let review = example();
         review.save(&project).unwrap();
         assert_eq!(Review::load(&project).unwrap(), Some(review.clone()));
-        let torn = Review {
-            lamps: vec!["olat_00".into()],
-            ..review
-        };
+        let torn = Review { lamps: vec!["olat_00".into()], ..review };
         torn.save(&project).unwrap();
         for text in [None, Some("{"), Some("{\"format\": 1}")] {
             if let Some(text) = text {
                 std::fs::write(project.measured_path(), text).unwrap();
             }
             let refused = Review::load(&project).unwrap_err().for_terminal();
-            assert!(
-                refused.contains("measured.json") && refused.contains("--fresh"),
-                "{refused}"
-            );
+            assert!(refused.contains("measured.json") && refused.contains("--fresh"), "{refused}");
         }
     }
 }

@@ -73,11 +73,7 @@ pub(super) fn page(contents: &Contents) -> String {
     out += &lamps(contents);
     out += "<h2>Network, training and calibration</h2>\n<table>\n";
     for (what, value) in &contents.facts {
-        out += &format!(
-            "<tr><th>{}</th><td>{}</td></tr>\n",
-            escape(what),
-            escape(value)
-        );
+        out += &format!("<tr><th>{}</th><td>{}</td></tr>\n", escape(what), escape(value));
     }
     out += "</table>\n<h2>How it was measured</h2>\n<p>Each predicted picture of the subject under one lamp is compared \
             with the true one at the exposure of its frame, encoded by a power of 1/2.2, over the pixels that the matte \
@@ -172,36 +168,23 @@ fn heat_map(Contents { review, marks, .. }: &Contents, metric: Metric) -> String
          <svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{name} of every lamp and frame\">\n"
     );
     // As many lamp names as fit.
-    let every = [1, 2, 5, 10, 20, 50, 100]
-        .into_iter()
-        .find(|n| *n as f32 * step >= 18.0);
+    let every = [1, 2, 5, 10, 20, 50, 100].into_iter().find(|n| *n as f32 * step >= 18.0);
     for lamp in (0..lamps).step_by(every.unwrap_or(lamps.max(1))) {
         let x = LABEL + (lamp as f32 + 0.5) * step;
-        let _ = writeln!(
-            out,
-            "<text x=\"{x:.1}\" y=\"11\" text-anchor=\"middle\">{lamp}</text>"
-        );
+        let _ = writeln!(out, "<text x=\"{x:.1}\" y=\"11\" text-anchor=\"middle\">{lamp}</text>");
     }
     for (row, case) in review.cases.iter().enumerate() {
         let y = HEAD + row as f32 * ROW;
         let seen = if case.seen { " (seen)" } else { "" };
         let label = escape(&case.name);
-        let _ = writeln!(
-            out,
-            "<text x=\"4\" y=\"{:.1}\">{label}{seen}</text>",
-            y + 12.5
-        );
+        let _ = writeln!(out, "<text x=\"4\" y=\"{:.1}\">{label}{seen}</text>", y + 12.5);
         for (lamp, cell) in case.cells.iter().enumerate() {
             let value = metric.of(cell);
             let x = LABEL + lamp as f32 * step;
             let lamp_name = &review.lamps[lamp];
             let marked = marks.of(&case.name, lamp_name);
             let note = marked.map_or(String::new(), |m| {
-                format!(
-                    ": {} {}",
-                    m.mark.map_or("", |mark| mark.name()),
-                    escape(&m.note)
-                )
+                format!(": {} {}", m.mark.map_or("", |mark| mark.name()), escape(&m.note))
             });
             let _ = writeln!(
                 out,
@@ -226,25 +209,13 @@ fn heat_map(Contents { review, marks, .. }: &Contents, metric: Metric) -> String
     out + "</svg>\n"
 }
 
-fn worst(
-    Contents {
-        review,
-        worst,
-        marks,
-        ..
-    }: &Contents,
-) -> String {
+fn worst(Contents { review, worst, marks, .. }: &Contents) -> String {
     let mut out = format!(
         "<h2>The {} OLATs that differ most</h2>\n<p>True, predicted, and FLIP, the visible difference.</p>\n\
          <div class=\"cells\">\n",
         worst.len()
     );
-    for WorstPictures {
-        case,
-        lamp,
-        pictures,
-    } in worst
-    {
+    for WorstPictures { case, lamp, pictures } in worst {
         let case = &review.cases[*case];
         let lamp_name = &review.lamps[*lamp];
         let figures =
@@ -266,11 +237,8 @@ fn worst(
         );
         if let Some(marked) = marks.of(&case.name, lamp_name) {
             let mark = marked.mark.map_or("", |m| m.name());
-            let _ = write!(
-                out,
-                "<br><span class=\"{mark}\">{mark}</span> {}",
-                escape(&marked.note)
-            );
+            let _ =
+                write!(out, "<br><span class=\"{mark}\">{mark}</span> {}", escape(&marked.note));
         }
         out += "</figcaption></figure>\n";
     }
@@ -278,14 +246,7 @@ fn worst(
 }
 
 /// A case's predicted pictures, each where its lamp is.
-fn sheet(
-    Contents {
-        review,
-        directions,
-        sheet,
-        ..
-    }: &Contents,
-) -> String {
+fn sheet(Contents { review, directions, sheet, .. }: &Contents) -> String {
     const SIZE: [f32; 2] = [1000.0, 500.0];
     let [width, height] = SIZE;
     let placed = place_by_direction(directions, width, height);
@@ -297,11 +258,7 @@ fn sheet(
         escape(&case.name)
     );
     let side = placed.side - 2.0;
-    let pictures = sheet
-        .pictures
-        .iter()
-        .zip(&placed.corners)
-        .zip(&review.lamps);
+    let pictures = sheet.pictures.iter().zip(&placed.corners).zip(&review.lamps);
     for ((picture, [x, y]), lamp) in pictures {
         let _ = writeln!(
             out,
@@ -316,11 +273,7 @@ fn sheet(
 }
 
 /// All lamps, the worst first.
-fn lamps(
-    Contents {
-        review, directions, ..
-    }: &Contents,
-) -> String {
+fn lamps(Contents { review, directions, .. }: &Contents) -> String {
     let means = Metric::ALL.map(|metric| review.lamp_means(metric));
     let mut out = "<h2>Lamps, the worst first</h2>\n<p>Means over frames and poses that training has not seen, if there are any.</p>\n\
                    <table>\n<tr><th>lamp</th><th class=\"n\">azimuth</th><th class=\"n\">elevation</th>"
@@ -365,12 +318,7 @@ mod tests {
         review.lamps[1] = format!("olat {NASTY}");
         review.cases[0].name = format!("frame {NASTY}");
         let mut marks = Marks::default();
-        marks.set(MarkedOlat::new(
-            &review.cases[0].name,
-            &review.lamps[1],
-            Some(Mark::Bad),
-            NASTY,
-        ));
+        marks.set(MarkedOlat::new(&review.cases[0].name, &review.lamps[1], Some(Mark::Bad), NASTY));
         marks.set(MarkedOlat::new("gone", "away", None, "two\nlines"));
         page(&Contents {
             name: NASTY,
@@ -386,9 +334,7 @@ mod tests {
             }],
             sheet: Sheet {
                 case: 0,
-                pictures: ["d", "e", "f"]
-                    .map(|p| format!("data:image/png;base64,{p}"))
-                    .to_vec(),
+                pictures: ["d", "e", "f"].map(|p| format!("data:image/png;base64,{p}")).to_vec(),
             },
         })
     }
@@ -414,10 +360,7 @@ mod tests {
     fn the_page_is_whole_and_what_people_wrote_stays_text() {
         let text = example();
         check_tags(&text);
-        assert!(
-            !text.contains("<script") && !text.contains('\u{1}'),
-            "{text}"
-        );
+        assert!(!text.contains("<script") && !text.contains('\u{1}'), "{text}");
         assert!(
             text.contains("&lt;script&gt;alert(&quot;a&amp;b&quot;)&lt;/script&gt;&#39;\u{fffd}")
         );
@@ -429,17 +372,9 @@ mod tests {
     fn it_has_every_cell_once_for_each_figure_and_every_picture() {
         let text = example();
         assert_eq!(text.matches("<rect").count(), 3 * 9);
-        assert_eq!(
-            text.matches("<circle").count(),
-            3,
-            "one marked cell in each map"
-        );
+        assert_eq!(text.matches("<circle").count(), 3, "one marked cell in each map");
         for picture in ["a", "b", "c", "d", "e", "f"] {
-            assert_eq!(
-                text.matches(&format!("base64,{picture}\"")).count(),
-                1,
-                "{picture}"
-            );
+            assert_eq!(text.matches(&format!("base64,{picture}\"")).count(), 1, "{picture}");
         }
         assert!(!text.contains("NaN"));
     }

@@ -27,11 +27,7 @@ pub(super) struct CasePictures {
 
 impl CasePictures {
     pub fn compared(&self) -> Compared<'_> {
-        Compared {
-            pictures: &self.predicted,
-            truths: &self.truths,
-            mask: &self.mask,
-        }
+        Compared { pictures: &self.predicted, truths: &self.truths, mask: &self.mask }
     }
 }
 
@@ -62,11 +58,7 @@ impl ScoredPictures {
 
     /// `scale` brings predictions to the truth's units.
     pub(super) fn new(pictures: CasePictures, scale: f64) -> Self {
-        Self {
-            exposure: pictures.compared().exposure(),
-            pictures,
-            scale,
-        }
+        Self { exposure: pictures.compared().exposure(), pictures, scale }
     }
 
     fn code(&self, olat: &Image, scale: f64) -> Encoded {
@@ -125,10 +117,7 @@ fn data_uri(picture: &Encoded, side: usize) -> Result<String> {
         let small = resize_area(&picture.0, reduce(width), reduce(height));
         png_bytes(&Encoded(small))?
     };
-    Ok(format!(
-        "data:image/png;base64,{}",
-        BASE64_STANDARD.encode(bytes)
-    ))
+    Ok(format!("data:image/png;base64,{}", BASE64_STANDARD.encode(bytes)))
 }
 
 #[cfg(test)]
@@ -138,9 +127,7 @@ mod tests {
     #[test]
     fn pictures_of_a_page_are_small_and_where_nothing_differs_the_third_is_dark() {
         let olat = |seed: usize| -> Image {
-            Raster::from_fn(600, 300, |x, y| {
-                [((x * 3 + y * 5 + seed) % 17) as f32 / 17.0; 3]
-            })
+            Raster::from_fn(600, 300, |x, y| [((x * 3 + y * 5 + seed) % 17) as f32 / 17.0; 3])
         };
         let pictures = CasePictures {
             mask: Mask::filled(600, 300, 1.0),
@@ -152,12 +139,6 @@ mod tests {
         assert_eq!(truth, predicted);
         let [.., different] = pictures.row(1).unwrap();
         assert!(different.len() > same.len(), "an even picture packs well");
-        assert!(
-            pictures
-                .sheet()
-                .unwrap()
-                .iter()
-                .all(|uri| uri.len() < truth.len())
-        );
+        assert!(pictures.sheet().unwrap().iter().all(|uri| uri.len() < truth.len()));
     }
 }

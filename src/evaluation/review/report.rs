@@ -54,24 +54,11 @@ pub(super) fn write_report(
         facts: facts(reviewer),
         review,
         marks,
-        directions: reviewer
-            .calibration
-            .rig
-            .lamps
-            .iter()
-            .map(|l| l.direction)
-            .collect(),
+        directions: reviewer.calibration.rig.lamps.iter().map(|l| l.direction).collect(),
         worst: worst
-            .map(|((case, lamp), pictures)| WorstPictures {
-                case,
-                lamp,
-                pictures,
-            })
+            .map(|((case, lamp), pictures)| WorstPictures { case, lamp, pictures })
             .collect(),
-        sheet: Sheet {
-            case: shown,
-            pictures: sheet,
-        },
+        sheet: Sheet { case: shown, pictures: sheet },
     });
     write_beside(path, |out| out.write_all(text.as_bytes()))
 }
@@ -81,11 +68,7 @@ fn sheet_case(review: &Review) -> usize {
     let means = review.case_means(Metric::Flip);
     let rank = |&case: &usize| (u8::from(!review.cases[case].seen), means[case]);
     (0..means.len())
-        .max_by(|a, b| {
-            rank(a)
-                .partial_cmp(&rank(b))
-                .unwrap_or(std::cmp::Ordering::Equal)
-        })
+        .max_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal))
         .unwrap_or(0)
 }
 
@@ -101,31 +84,19 @@ fn facts(reviewer: &Reviewer) -> Vec<(&'static str, String)> {
     });
     let training = info.map_or("none".to_owned(), |info| {
         let (minutes, frames) = (info.seconds / 60.0, info.training_frames.len());
-        format!(
-            "{} steps in {minutes:.1} minutes, {frames} interview frames",
-            info.step
-        )
+        format!("{} steps in {minutes:.1} minutes, {frames} interview frames", info.step)
     });
     let mut facts = vec![
-        (
-            "OLATs",
-            "exemplars carried over; poses from the other poses alone".to_owned(),
-        ),
+        ("OLATs", "exemplars carried over; poses from the other poses alone".to_owned()),
         ("Network", network),
         ("Training", training),
         ("Camera response", calibration.response.to_string()),
-        (
-            "Exposure of the interview",
-            format!("{:.3}", calibration.exposure),
-        ),
+        ("Exposure of the interview", format!("{:.3}", calibration.exposure)),
         (
             "Interview light from directions without a lamp",
             format!("{:.1} %", 100.0 * calibration.uncovered_energy),
         ),
-        (
-            "Clipped pixels of mirror balls",
-            calibration.clipped_pixels.to_string(),
-        ),
+        ("Clipped pixels of mirror balls", calibration.clipped_pixels.to_string()),
     ];
     if let Some(held_out) = info.and_then(|info| info.held_out.as_ref()) {
         let pose = &reviewer.project.settings.shoot.poses;

@@ -54,9 +54,7 @@ impl<'a> Reviewer<'a> {
             predictor: OlatPredictor::open(project, &calibration, &compute.device)?
                 .steady(project, &calibration),
             calibration,
-            truth: truth
-                .map(|folder| Truth::open(project, folder))
-                .transpose()?,
+            truth: truth.map(|folder| Truth::open(project, folder)).transpose()?,
         })
     }
 
@@ -74,10 +72,9 @@ impl<'a> Reviewer<'a> {
     pub fn predict(&self, case: Case) -> Result<CasePictures> {
         let response = &self.calibration.response;
         let (frame, truths) = match (case, &self.truth) {
-            (Case::Frame(index), Some(truth)) => (
-                Frame::load(self.project, response, index)?,
-                truth.olats(index)?,
-            ),
+            (Case::Frame(index), Some(truth)) => {
+                (Frame::load(self.project, response, index)?, truth.olats(index)?)
+            }
             (Case::Frame(index), None) => {
                 return Err(Error::missing(
                     format!("there is no truth to compare frame {index} with"),
@@ -241,9 +238,7 @@ mod tests {
     #[test]
     fn a_lamp_that_is_off_is_told_from_one_that_is_not() {
         let picture = |level: f32| {
-            Raster::from_fn(24, 24, |x, y| {
-                [level * (0.4 + 0.1 * ((x * 7 + y * 3) % 5) as f32); 3]
-            })
+            Raster::from_fn(24, 24, |x, y| [level * (0.4 + 0.1 * ((x * 7 + y * 3) % 5) as f32); 3])
         };
         let pictures = CasePictures {
             mask: Mask::filled(24, 24, 1.0),
@@ -285,11 +280,7 @@ mod tests {
         };
         assert!(was_seen(&info, Case::Frame(2)) && !was_seen(&info, Case::Frame(1)));
         assert!(was_seen(&info, Case::Pose(1)));
-        info.held_out = Some(HeldOut {
-            pose: 1,
-            step: 9,
-            decibels: 20.0,
-        });
+        info.held_out = Some(HeldOut { pose: 1, step: 9, decibels: 20.0 });
         assert!(was_seen(&info, Case::Pose(0)) && !was_seen(&info, Case::Pose(1)));
     }
 }

@@ -10,13 +10,7 @@ const NAMED: usize = 12;
 /// Letters of a difference that a sentence shows.
 const SHOWN: usize = 90;
 /// What a provenance says of the whole shot.
-const COMMON: [&str; 5] = [
-    "version",
-    "project",
-    "checkpoint",
-    "environment",
-    "settings",
-];
+const COMMON: [&str; 5] = ["version", "project", "checkpoint", "environment", "settings"];
 
 /// What is wrong, and what could not be checked or may be meant so.
 #[derive(Debug, Default)]
@@ -36,10 +30,8 @@ pub(super) fn judge(frames: &[Frame], numbered: bool, settings: &CertifySettings
     for (number, said) in unreadable {
         found.fault("unreadable", [number], said.clone());
     }
-    let whole: Vec<(&Frame, &Content)> = frames
-        .iter()
-        .filter_map(|frame| Some((frame, frame.picture.as_ref().ok()?)))
-        .collect();
+    let whole: Vec<(&Frame, &Content)> =
+        frames.iter().filter_map(|frame| Some((frame, frame.picture.as_ref().ok()?))).collect();
     if !settings.allow_repeats {
         found.repeats(&whole);
     }
@@ -55,11 +47,7 @@ pub(super) fn judge(frames: &[Frame], numbered: bool, settings: &CertifySettings
     found.alike(&whole, "color", "the colour tags", |c| c.color.words());
     for (frame, content) in &whole {
         if let Some(said) = content.color.contradiction() {
-            found.fault(
-                "color",
-                [frame.number],
-                format!("{}: {said}", frame.file.name),
-            );
+            found.fault("color", [frame.number], format!("{}: {said}", frame.file.name));
         }
     }
     found.alike(&whole, "rate", "the frame rate", |c| rate_words(c.rate));
@@ -93,18 +81,11 @@ impl Findings {
         sentence: String,
     ) {
         let frames: BTreeSet<u64> = frames.into_iter().collect();
-        self.faults.push(Fault {
-            kind: kind.to_owned(),
-            frames: spans(&frames),
-            sentence,
-        });
+        self.faults.push(Fault { kind: kind.to_owned(), frames: spans(&frames), sentence });
     }
 
     pub fn remark(&mut self, kind: &'static str, sentence: impl Into<String>) {
-        self.remarks.push(Remark {
-            kind: kind.to_owned(),
-            sentence: sentence.into(),
-        });
+        self.remarks.push(Remark { kind: kind.to_owned(), sentence: sentence.into() });
     }
 
     /// Missing and double numbers.
@@ -122,10 +103,7 @@ impl Findings {
         let (from, to) = settings.frames.unwrap_or((first.number, last.number));
         let mut names: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
         for frame in frames {
-            names
-                .entry(frame.number)
-                .or_default()
-                .push(&frame.file.name);
+            names.entry(frame.number).or_default().push(&frame.file.name);
         }
         // A range may be far longer than what is there, so gaps are named by their ends.
         let (mut gaps, mut count, mut next) = (Vec::new(), 0, from);
@@ -179,9 +157,7 @@ impl Findings {
 
     fn not_finite(&mut self, whole: &Whole) {
         let bad = whole.iter().filter(|(_, content)| content.not_finite > 0);
-        let bad: Vec<(u64, u64)> = bad
-            .map(|(f, content)| (f.number, content.not_finite))
-            .collect();
+        let bad: Vec<(u64, u64)> = bad.map(|(f, content)| (f.number, content.not_finite)).collect();
         if bad.is_empty() {
             return;
         }
@@ -242,10 +218,8 @@ impl Findings {
         for (frame, content) in whole {
             let gone = content.beside.iter().find(|file| file.sha256.is_empty());
             if let Some(gone) = gone {
-                let sentence = format!(
-                    "{} cannot be read, which {} needs",
-                    gone.name, frame.file.name
-                );
+                let sentence =
+                    format!("{} cannot be read, which {} needs", gone.name, frame.file.name);
                 self.fault("layers", [frame.number], sentence);
             }
         }
@@ -266,10 +240,8 @@ impl Findings {
             }
         }
         if !outside.is_empty() {
-            let sentence = format!(
-                "the data window reaches beyond the picture in {}",
-                spans(&outside)
-            );
+            let sentence =
+                format!("the data window reaches beyond the picture in {}", spans(&outside));
             self.fault("data_window", outside, sentence);
         } else if seen.len() > 1 {
             self.remark(
@@ -286,9 +258,7 @@ impl Findings {
             found.is_some_and(|found| (found - asked).abs() > 5e-3)
         });
         let other: BTreeSet<u64> = other.map(|(frame, _)| frame.number).collect();
-        let found = whole
-            .iter()
-            .find(|(frame, _)| other.contains(&frame.number));
+        let found = whole.iter().find(|(frame, _)| other.contains(&frame.number));
         if let Some((_, content)) = found {
             let sentence = format!(
                 "the header says {} and not {asked}, in {}",
@@ -311,29 +281,22 @@ impl Findings {
         for (frame, content) in whole {
             groups.entry(words(content)).or_default().push(frame.number);
         }
-        let most = groups
-            .iter()
-            .max_by_key(|(_, numbers)| (numbers.len(), u64::MAX - numbers[0]));
+        let most = groups.iter().max_by_key(|(_, numbers)| (numbers.len(), u64::MAX - numbers[0]));
         let Some((usual, _)) = most else { return };
         let mut others: Vec<_> = groups.iter().filter(|(found, _)| *found != usual).collect();
         others.sort_by_key(|(_, numbers)| numbers[0]);
         for (found, numbers) in others {
             let numbers: BTreeSet<u64> = numbers.iter().copied().collect();
             let [found, usual] = difference(found, usual);
-            let sentence = format!(
-                "{what}: {found} in {}; {usual} in most frames",
-                spans(&numbers)
-            );
+            let sentence =
+                format!("{what}: {found} in {}; {usual} in most frames", spans(&numbers));
             self.fault(kind, numbers, sentence);
         }
     }
 
     /// Whether all frames were made of the same, and each is the frame that its name says.
     fn provenance(&mut self, whole: &Whole) {
-        let says = whole
-            .iter()
-            .filter(|(_, content)| content.provenance.is_some())
-            .count();
+        let says = whole.iter().filter(|(_, content)| content.provenance.is_some()).count();
         if says == 0 {
             if !whole.is_empty() {
                 self.remark("provenance", "No frame says what it was made of");
@@ -341,35 +304,22 @@ impl Findings {
             return;
         }
         for key in COMMON {
-            self.alike(
-                whole,
-                "provenance",
-                &format!("what it was made of ({key})"),
-                |content| {
-                    content
-                        .made_of()
-                        .get(key)
-                        .map_or("nothing", |value| value)
-                        .to_owned()
-                },
-            );
+            self.alike(whole, "provenance", &format!("what it was made of ({key})"), |content| {
+                content.made_of().get(key).map_or("nothing", |value| value).to_owned()
+            });
         }
         // A pipeline may count from another number, but not in another order.
         let offset = |frame: &Frame, content: &Content| {
             let made: i128 = content.made_of().get("frame")?.parse().ok()?;
             Some(i128::from(frame.number) - made)
         };
-        let offsets = whole
-            .iter()
-            .filter_map(|(f, content)| Some((f.number, offset(f, content)?)));
+        let offsets = whole.iter().filter_map(|(f, content)| Some((f.number, offset(f, content)?)));
         let offsets: Vec<(u64, i128)> = offsets.collect();
         let mut counts: HashMap<i128, usize> = HashMap::new();
         for (_, offset) in &offsets {
             *counts.entry(*offset).or_default() += 1;
         }
-        let usual = counts
-            .iter()
-            .max_by_key(|(offset, count)| (**count, -offset.abs()));
+        let usual = counts.iter().max_by_key(|(offset, count)| (**count, -offset.abs()));
         let Some((&usual, _)) = usual else { return };
         let moved = offsets.iter().filter(|(_, offset)| *offset != usual);
         let moved: BTreeSet<u64> = moved.map(|(number, _)| *number).collect();
@@ -385,33 +335,19 @@ impl Findings {
 
 /// Where two texts begin to differ, shortened.
 fn difference(found: &str, usual: &str) -> [String; 2] {
-    let same = (found.chars().zip(usual.chars()))
-        .take_while(|(a, b)| a == b)
-        .count();
+    let same = (found.chars().zip(usual.chars())).take_while(|(a, b)| a == b).count();
     let longest = found.chars().count().max(usual.chars().count());
-    let skipped = if longest > SHOWN {
-        same.saturating_sub(20)
-    } else {
-        0
-    };
+    let skipped = if longest > SHOWN { same.saturating_sub(20) } else { 0 };
     [found, usual].map(|text| {
         let start = if skipped > 0 { "…" } else { "" };
         let shown: String = text.chars().skip(skipped).take(SHOWN).collect();
-        let end = if text.chars().count() > skipped + SHOWN {
-            "…"
-        } else {
-            ""
-        };
+        let end = if text.chars().count() > skipped + SHOWN { "…" } else { "" };
         format!("{start}{shown}{end}")
     })
 }
 
 fn span(from: u64, to: u64) -> String {
-    if from == to {
-        from.to_string()
-    } else {
-        format!("{from}-{to}")
-    }
+    if from == to { from.to_string() } else { format!("{from}-{to}") }
 }
 
 /// Numbers as spans: `3, 7-9`.

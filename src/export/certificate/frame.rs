@@ -72,11 +72,7 @@ pub(super) struct Color {
 impl Frame {
     /// Looks at a file. What is wrong with it is part of the result.
     pub fn read(path: &Path, number: u64, name: &str) -> Self {
-        let named = |bytes, sha256| FileHash {
-            name: name.to_owned(),
-            bytes,
-            sha256,
-        };
+        let named = |bytes, sha256| FileHash { name: name.to_owned(), bytes, sha256 };
         let file = match ExrFile::open(path, REMEDY) {
             Ok(file) => file,
             // It may be far longer than any picture: it is not read to its end for a hash.
@@ -177,20 +173,10 @@ impl Color {
     pub fn contradiction(&self) -> Option<String> {
         let id = self.interop_id.as_deref()?;
         let found = self.chromaticities?;
-        let all = [
-            ColorSpace::Rec709,
-            ColorSpace::P3D65,
-            ColorSpace::Rec2020,
-            ColorSpace::AcesCg,
-        ];
+        let all = [ColorSpace::Rec709, ColorSpace::P3D65, ColorSpace::Rec2020, ColorSpace::AcesCg];
         let named = all.into_iter().find(|space| interop_id(*space) == id)?;
         let primaries = named.primaries();
-        let wanted = [
-            primaries.red,
-            primaries.green,
-            primaries.blue,
-            primaries.white,
-        ];
+        let wanted = [primaries.red, primaries.green, primaries.blue, primaries.white];
         let is_other = (found.iter().zip(wanted.as_flattened()))
             .any(|(a, b)| a.is_nan() || (f64::from(*a) - b).abs() > 1e-4);
         is_other.then(|| format!("it says {id}, and its chromaticities are of another space"))
@@ -218,11 +204,7 @@ fn hashes(path: &Path, names: &[String]) -> Vec<FileHash> {
         let beside = path.with_file_name(name);
         let found = is_bare(name).then(|| hash_file(&beside, MOST_BESIDE));
         let (bytes, sha256) = (found.and_then(std::result::Result::ok)).unwrap_or_default();
-        FileHash {
-            name: name.clone(),
-            bytes,
-            sha256,
-        }
+        FileHash { name: name.clone(), bytes, sha256 }
     };
     names.iter().map(of_file).collect()
 }

@@ -143,10 +143,7 @@ impl Certificate {
             found.fault(
                 "unfinished",
                 [],
-                format!(
-                    "an export is writing here or was killed: {}",
-                    shot.unfinished.join(", ")
-                ),
+                format!("an export is writing here or was killed: {}", shot.unfinished.join(", ")),
             );
         }
         Ok(Self::of(&shot, &frames, found))
@@ -172,9 +169,7 @@ impl Certificate {
         let common = |(key, _): &(&str, &str)| !matches!(*key, "frame" | "plate" | "look");
         let made_of = first.map(|content| {
             let pairs = content.made_of().into_iter().filter(common);
-            pairs
-                .map(|(key, value)| (key.to_owned(), value.to_owned()))
-                .collect()
+            pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect()
         });
         let ends = [frames.first(), frames.last()].map(|f| f.map_or(0, |frame| frame.number));
         let mut certificate = Self {
@@ -223,10 +218,7 @@ impl Certificate {
             1 => "1 frame".to_owned(),
             count => format!("{count} frames {}-{}", self.frames[0], self.frames[1]),
         }];
-        parts.extend(
-            self.size
-                .map(|[width, height]| format!("{width} × {height}")),
-        );
+        parts.extend(self.size.map(|[width, height]| format!("{width} × {height}")));
         parts.extend(self.color.clone());
         parts.extend(self.rate.map(|rate| rate_words(Some(rate))));
         parts.extend(
@@ -243,12 +235,7 @@ impl Certificate {
             1 => "1 fault was found".to_owned(),
             count => format!("{count} faults were found"),
         };
-        format!(
-            "{}: {}; {verdict}. SHA-256 {}",
-            self.shot,
-            parts.join(", "),
-            &self.sha256[..16]
-        )
+        format!("{}: {}; {verdict}. SHA-256 {}", self.shot, parts.join(", "), &self.sha256[..16])
     }
 
     /// Writes it as JSON to `path`, from whose folder the frames' folder is then given.

@@ -25,10 +25,7 @@ pub(super) fn frames(shot: &Shot, progress: &Progress) -> Result<Vec<Frame>> {
     };
     progress.step(STAGE, 0, shot.files.len() as u64, "");
     let first = read(first);
-    let needs = first
-        .picture
-        .as_ref()
-        .map_or(USUAL, |content| content.memory);
+    let needs = first.picture.as_ref().map_or(USUAL, |content| content.memory);
     let free = base::memory::available().map_or(USUAL, |free| free / 4);
     let at_once = usize::try_from(free / needs.max(1)).unwrap_or(usize::MAX);
     let mut frames = vec![first];

@@ -55,11 +55,7 @@ impl Shot {
             folder = folder_of(first);
             if let Some(other) = named.iter().find(|path| folder_of(path) != folder) {
                 return Err(Error::invalid(
-                    format!(
-                        "{} and {} are in different folders",
-                        first.display(),
-                        other.display()
-                    ),
+                    format!("{} and {} are in different folders", first.display(), other.display()),
                     "A shot is in one folder: check one after the other",
                 ));
             }
@@ -80,10 +76,9 @@ impl Shot {
                 None => numbered(name),
             };
             match found {
-                Some((around, number)) => shots
-                    .entry(around)
-                    .or_default()
-                    .push((number, (*name).to_owned())),
+                Some((around, number)) => {
+                    shots.entry(around).or_default().push((number, (*name).to_owned()))
+                }
                 None if wanted.is_none() => plain.push((*name).to_owned()),
                 None => (),
             }
@@ -95,9 +90,7 @@ impl Shot {
             _ => false,
         };
         if !of_one {
-            let shots = shots
-                .keys()
-                .map(|(before, after)| format!("{before}####{after}"));
+            let shots = shots.keys().map(|(before, after)| format!("{before}####{after}"));
             let all: Vec<String> = shots.chain(plain).take(8).collect();
             return Err(Error::invalid(
                 format!("{} has several shots: {}", folder.display(), all.join(", ")),
@@ -120,10 +113,7 @@ impl Shot {
             files,
             numbered: true,
             unfinished: (unfinished.into_iter())
-                .filter(|name| {
-                    name.strip_prefix('.')
-                        .is_some_and(|name| name.starts_with(&before))
-                })
+                .filter(|name| name.strip_prefix('.').is_some_and(|name| name.starts_with(&before)))
                 .collect(),
             pattern: format!("{before}####{after}"),
         })
@@ -156,14 +146,7 @@ fn folder_of(path: &Path) -> PathBuf {
 }
 
 fn list(folder: &Path) -> Result<Vec<String>> {
-    let fail = |e| {
-        Error::io(
-            "read",
-            folder,
-            e,
-            "Check that the folder is there and can be read",
-        )
-    };
+    let fail = |e| Error::io("read", folder, e, "Check that the folder is there and can be read");
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(fail)? {
         names.extend(entry.map_err(fail)?.file_name().into_string().ok());
@@ -215,10 +198,7 @@ fn is_layer(name: &str, all: &BTreeSet<&str>) -> bool {
     layers.chain(is_rest.then_some("rest")).any(|layer| {
         let pieces = name.match_indices(layer).map(|(at, _)| {
             let (before, after) = (&name[..at], &name[at + layer.len()..]);
-            [
-                format!("{}{after}", before.trim_end_matches('.')),
-                format!("{before}{after}"),
-            ]
+            [format!("{}{after}", before.trim_end_matches('.')), format!("{before}{after}")]
         });
         pieces.flatten().any(|picture| {
             all.contains(&*picture) && beside(Path::new(&picture), layer) == Path::new(name)
@@ -254,10 +234,7 @@ mod tests {
         let whole = found(folder, &[""]).unwrap();
         assert_eq!(
             whole.files,
-            [
-                (9, "shot.0009.exr".to_owned()),
-                (10, "shot.0010.exr".to_owned())
-            ]
+            [(9, "shot.0009.exr".to_owned()), (10, "shot.0010.exr".to_owned())]
         );
         assert_eq!((&*whole.pattern, whole.numbered), ("shot.####.exr", true));
         assert_eq!(whole.unfinished.len(), 1);
@@ -300,10 +277,7 @@ mod tests {
             std::fs::write(folder.join(name), "").unwrap();
         }
         let several = said(&[""]);
-        assert!(
-            several.contains("a.####.exr, b.####.exr, title.exr"),
-            "{several}"
-        );
+        assert!(several.contains("a.####.exr, b.####.exr, title.exr"), "{several}");
         assert!(said(&["a.1.exr", "gone.2.exr"]).contains("gone.2.exr"));
         assert!(said(&["a.1.exr", "x/a.2.exr"]).contains("different folders"));
         assert!(Shot::find(&[]).is_err());

@@ -25,10 +25,7 @@ fn take(number: u64) -> Take {
         weight: [weight; 3],
         picture: picture(8, 5, color, false).linear.unwrap(),
     };
-    let lamps = vec![
-        layer([shade, 1.0, 0.5], 0.5),
-        layer([0.5, shade, 2.0], 0.25),
-    ];
+    let lamps = vec![layer([shade, 1.0, 0.5], 0.5), layer([0.5, shade, 2.0], 0.25)];
     let mut whole = picture(8, 5, [0.0; 3], false);
     let sum = whole.linear.as_mut().unwrap();
     for (i, pixel) in sum.pixels.iter_mut().enumerate() {
@@ -40,9 +37,7 @@ fn take(number: u64) -> Take {
         picture: whole,
         layers: Some(LightLayers { lamps, rest: None }),
         about: About {
-            time_code: TimeCode::parse("01:00:00:22", 24.0)
-                .unwrap()
-                .plus(number as usize),
+            time_code: TimeCode::parse("01:00:00:22", 24.0).unwrap().plus(number as usize),
             frame_rate: 24.0,
             ..about(Bits::Eight)
         },
@@ -95,10 +90,7 @@ fn a_shot_that_is_whole_gets_a_certificate_that_says_what_it_is() {
     assert_eq!((found.size, found.rate), (Some([8, 5]), Some((24, 1))));
     assert_eq!(found.color.as_deref(), Some("lin_rec709_scene"));
     // Across the border of a second.
-    assert_eq!(
-        found.time_code,
-        Some(["01:00:00:23", "01:00:01:04"].map(str::to_owned))
-    );
+    assert_eq!(found.time_code, Some(["01:00:00:23", "01:00:01:04"].map(str::to_owned)));
     let layers = found.layers.unwrap();
     assert!(layers.layers == 2 && layers.residual <= layers.brightest / 1024.0);
     assert_eq!(found.made_of["checkpoint"], "b");
@@ -135,85 +127,53 @@ fn each_harm_to_a_shot_is_named_with_its_frame() {
         take.write(&file(folder, 4));
     }
     let harms: [(&str, &str, Harm); 19] = [
-        ("missing", "1 of 1-6 is missing: 3", |f| {
-            std::fs::remove_file(file(f, 3)).unwrap()
+        ("missing", "1 of 1-6 is missing: 3", |f| std::fs::remove_file(file(f, 3)).unwrap()),
+        ("double", "frame 4 is there twice: shot.0004.exr, shot.4.exr", |f| {
+            take(4).write(&f.join("shot.4.exr"));
         }),
-        (
-            "double",
-            "frame 4 is there twice: shot.0004.exr, shot.4.exr",
-            |f| {
-                take(4).write(&f.join("shot.4.exr"));
-            },
-        ),
         ("repeated", "as in the frame before: 4", |f| {
-            fourth(f, |t| {
-                (t.picture, t.layers) = (take(3).picture, take(3).layers)
-            });
+            fourth(f, |t| (t.picture, t.layers) = (take(3).picture, take(3).layers));
         }),
         ("unreadable", "shot.0004.exr", |f| {
             let bytes = std::fs::read(file(f, 4)).unwrap();
             std::fs::write(file(f, 4), &bytes[..bytes.len() - 60]).unwrap();
         }),
-        ("unreadable", "shot.0004.exr", |f| {
-            std::fs::write(file(f, 4), "").unwrap()
-        }),
+        ("unreadable", "shot.0004.exr", |f| std::fs::write(file(f, 4), "").unwrap()),
         ("unreadable", "1099511627776 bytes", |f| {
-            let file = std::fs::OpenOptions::new()
-                .write(true)
-                .open(file(f, 4))
-                .unwrap();
+            let file = std::fs::OpenOptions::new().write(true).open(file(f, 4)).unwrap();
             file.set_len(1 << 40).unwrap();
         }),
         ("not_finite", "1 value is NaN or infinite, in 4", |f| {
-            fourth(f, |t| {
-                t.picture.linear.as_mut().unwrap().pixels[9][1] = f32::NAN
-            });
+            fourth(f, |t| t.picture.linear.as_mut().unwrap().pixels[9][1] = f32::NAN);
         }),
         ("rebuild", "in 4: the largest difference is 5.0", |f| {
-            fourth(f, |t| {
-                t.picture.linear.as_mut().unwrap().pixels[9][1] += 0.5
-            });
+            fourth(f, |t| t.picture.linear.as_mut().unwrap().pixels[9][1] += 0.5);
         }),
-        ("layers", "missing in 4; 5 frames have them", |f| {
-            fourth(f, |t| t.layers = None)
-        }),
+        ("layers", "missing in 4; 5 frames have them", |f| fourth(f, |t| t.layers = None)),
         ("layers", "shot.light_01.0004.exr", |f| {
             fourth(f, |t| t.about.exr.layers = LayerFiles::Files);
             std::fs::remove_file(f.join("shot.light_01.0004.exr")).unwrap();
         }),
-        (
-            "time_code",
-            "frame 4 has 01:00:01:03 in place of 01:00:01:02",
-            |f| {
-                fourth(f, |t| t.about.time_code = t.about.time_code.plus(1));
-            },
-        ),
+        ("time_code", "frame 4 has 01:00:01:03 in place of 01:00:01:02", |f| {
+            fourth(f, |t| t.about.time_code = t.about.time_code.plus(1));
+        }),
         ("rate", "the frame rate: 25 frames a second in 4", |f| {
             fourth(f, |t| t.about.frame_rate = 25.0)
         }),
         ("color", "lin_ap1_scene", |f| {
-            let aces: &'static Encoding = Box::leak(Box::new(
-                Encoding::open(Some(OutputSpace::Acescg), None).unwrap(),
-            ));
+            let aces: &'static Encoding =
+                Box::leak(Box::new(Encoding::open(Some(OutputSpace::Acescg), None).unwrap()));
             fourth(f, |t| t.about.encoding = aces);
         }),
         ("size", "the size: 9 × 5 pixels from 0, 0 in 4", |f| {
-            fourth(f, |t| {
-                (t.picture, t.layers) = (picture(9, 5, [0.5; 3], true), None)
-            });
+            fourth(f, |t| (t.picture, t.layers) = (picture(9, 5, [0.5; 3], true), None));
         }),
         ("channels", "the channels: A float", |f| {
             fourth(f, |t| t.about.exr.samples = Samples::Float)
         }),
-        (
-            "provenance",
-            "(checkpoint): x in 4; b in most frames",
-            |f| {
-                fourth(f, |t| {
-                    t.made_of = t.made_of.replace("checkpoint=b", "checkpoint=x")
-                });
-            },
-        ),
+        ("provenance", "(checkpoint): x in 4; b in most frames", |f| {
+            fourth(f, |t| t.made_of = t.made_of.replace("checkpoint=b", "checkpoint=x"));
+        }),
         ("provenance", "(environment): nothing in 4", |f| {
             fourth(f, |t| t.made_of = String::new());
         }),
@@ -278,16 +238,9 @@ fn what_may_be_meant_so_is_a_remark() {
     }
     let found = issued(plain.path(), &CertifySettings::default());
     assert_eq!(kinds(&found.faults), ["repeated"]);
-    let allowed = CertifySettings {
-        allow_repeats: true,
-        ..CertifySettings::default()
-    };
+    let allowed = CertifySettings { allow_repeats: true, ..CertifySettings::default() };
     let found = issued(plain.path(), &allowed);
-    assert!(
-        found.passed && found.remarks.len() == 3,
-        "{:?}",
-        found.remarks
-    );
+    assert!(found.passed && found.remarks.len() == 3, "{:?}", found.remarks);
     // Black frames repeat.
     let black = tempfile::tempdir().unwrap();
     for number in 0..3 {
@@ -302,22 +255,14 @@ fn a_range_and_a_rate_that_are_asked_for_are_demanded() {
     let folder = tempfile::tempdir().unwrap();
     whole_shot(folder.path());
     let asked = |frames, rate| {
-        let settings = CertifySettings {
-            frames,
-            rate,
-            ..CertifySettings::default()
-        };
+        let settings = CertifySettings { frames, rate, ..CertifySettings::default() };
         issued(folder.path(), &settings).faults
     };
     let missing = asked(Some((0, 1_000_000_000)), None);
     assert_eq!(missing[0].frames, "0, 7-1000000000");
     let extra = asked(Some((2, 5)), None);
     assert_eq!((kinds(&extra), &*extra[0].frames), (vec!["extra"], "1, 6"));
-    assert!(
-        asked(None, Some(23.976))
-            .iter()
-            .any(|fault| fault.kind == "rate")
-    );
+    assert!(asked(None, Some(23.976)).iter().any(|fault| fault.kind == "rate"));
     assert_eq!(asked(Some((0, u64::MAX)), None).len(), 1);
 }
 
@@ -344,16 +289,8 @@ fn time_codes_step_at_every_rate() {
                 take.write(&file(folder.path(), number));
             }
             let found = issued(folder.path(), &CertifySettings::default());
-            let jumps: Vec<_> = found
-                .faults
-                .iter()
-                .filter(|f| f.kind == "time_code")
-                .collect();
-            assert_eq!(
-                jumps.len(),
-                usize::from(harmed),
-                "{rate} {start}: {jumps:?}"
-            );
+            let jumps: Vec<_> = found.faults.iter().filter(|f| f.kind == "time_code").collect();
+            assert_eq!(jumps.len(), usize::from(harmed), "{rate} {start}: {jumps:?}");
             assert!(!harmed || jumps[0].frames == "7", "{jumps:?}");
         }
     }
@@ -363,12 +300,7 @@ fn time_codes_step_at_every_rate() {
 fn a_name_and_chromaticities_that_differ_are_a_fault() {
     use super::frame::Color;
     let primaries = imaging::color_space::ColorSpace::Rec709.primaries();
-    let corners = [
-        primaries.red,
-        primaries.green,
-        primaries.blue,
-        primaries.white,
-    ];
+    let corners = [primaries.red, primaries.green, primaries.blue, primaries.white];
     let found: Vec<f32> = corners.as_flattened().iter().map(|v| *v as f32).collect();
     let color = |id: &str| Color {
         chromaticities: found.clone().try_into().ok(),
@@ -377,12 +309,7 @@ fn a_name_and_chromaticities_that_differ_are_a_fault() {
     };
     assert_eq!(color("lin_rec709_scene").contradiction(), None);
     assert_eq!(color("of_another_program").contradiction(), None);
-    assert!(
-        color("lin_ap1_scene")
-            .contradiction()
-            .unwrap()
-            .contains("lin_ap1_scene")
-    );
+    assert!(color("lin_ap1_scene").contradiction().unwrap().contains("lin_ap1_scene"));
 }
 
 #[test]
@@ -404,11 +331,7 @@ fn a_certificate_is_compared_with_the_files_later() {
     let found = verified();
     assert!(found.passed && found.remarks.is_empty(), "{found:?}");
     assert_eq!((found.files, found.same), (12, 12));
-    assert!(
-        found.sentence.contains("all 12 files"),
-        "{}",
-        found.sentence
-    );
+    assert!(found.sentence.contains("all 12 files"), "{}", found.sentence);
     // The folder may move as a whole.
     let moved = folder.path().join("moved");
     std::fs::create_dir(&moved).unwrap();
@@ -421,11 +344,7 @@ fn a_certificate_is_compared_with_the_files_later() {
     let said = |wanted: [&str; 2]| {
         let found = verified();
         let fault = found.faults.iter().find(|f| f.sentence.contains(wanted[1]));
-        assert!(
-            fault.is_some_and(|f| f.kind == wanted[0]),
-            "{wanted:?}: {:?}",
-            found.faults
-        );
+        assert!(fault.is_some_and(|f| f.kind == wanted[0]), "{wanted:?}: {:?}", found.faults);
         found
     };
     let mut take = take(2);
@@ -433,10 +352,7 @@ fn a_certificate_is_compared_with_the_files_later() {
     take.about.exr.compression = ExrCompression::Piz;
     take.write(&file(&frames, 2));
     // The layers' files were compressed anew, too.
-    let found = said([
-        "changed",
-        "shot.0002.exr has other bytes and the same picture",
-    ]);
+    let found = said(["changed", "shot.0002.exr has other bytes and the same picture"]);
     assert_eq!((found.same, found.passed), (9, false));
     take.picture.linear.as_mut().unwrap().pixels[0] = [0.25; 3];
     take.write(&file(&frames, 2));
@@ -457,17 +373,12 @@ fn a_certificate_is_compared_with_the_files_later() {
     std::fs::write(&path, text.replace("shot.0001.exr", "../../etc/passwd")).unwrap();
     said(["certificate", "is no name of a file"]);
     for (text, wanted) in [
-        (
-            text.replace("\"certificate\": 1", "\"certificate\": 9"),
-            "version 9",
-        ),
+        (text.replace("\"certificate\": 1", "\"certificate\": 9"), "version 9"),
         ("{}".to_owned(), "shot.json"),
         ("[".repeat(1 << 16), "shot.json"),
     ] {
         std::fs::write(&path, text).unwrap();
-        let said = Verification::of_file(&path, &Progress::silent())
-            .unwrap_err()
-            .to_string();
+        let said = Verification::of_file(&path, &Progress::silent()).unwrap_err().to_string();
         assert!(said.contains(wanted), "{said}");
     }
 }
@@ -480,10 +391,7 @@ fn a_stop_ends_the_check_and_nothing_is_written() {
     let control = Control::default();
     control.stop();
     let progress = Progress::new(&|_| (), control);
-    let stopped = Certificate::issue(
-        &[folder.path().into()],
-        &CertifySettings::default(),
-        &progress,
-    );
+    let stopped =
+        Certificate::issue(&[folder.path().into()], &CertifySettings::default(), &progress);
     assert!(matches!(stopped, Err(Error::Cancelled { .. })));
 }

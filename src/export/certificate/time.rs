@@ -16,9 +16,7 @@ pub(super) fn time_codes(
     whole: &[(&Frame, &Content)],
     settings: &CertifySettings,
 ) {
-    let without = whole
-        .iter()
-        .filter(|(_, content)| content.time_code.is_none());
+    let without = whole.iter().filter(|(_, content)| content.time_code.is_none());
     let without: BTreeSet<u64> = without.map(|(frame, _)| frame.number).collect();
     if without.len() == whole.len() {
         if !whole.is_empty() {
@@ -30,9 +28,7 @@ pub(super) fn time_codes(
         let sentence = format!("the time code is missing in {}", spans(&without));
         found.fault("time_code", without, sentence);
     }
-    let stated = whole
-        .iter()
-        .find_map(|(_, content)| content.rate.and_then(rate_of));
+    let stated = whole.iter().find_map(|(_, content)| content.rate.and_then(rate_of));
     let Some(rate) = settings.rate.or(stated) else {
         found.remark(
             "time_code",
@@ -61,11 +57,7 @@ pub(super) fn time_codes(
             starts = TimeCode::of_header(code, rate).collect();
             start_number = frame.number;
             if starts.is_empty() {
-                jumps.push((
-                    frame.number,
-                    words(code),
-                    format!("one of {rate} frames a second"),
-                ));
+                jumps.push((frame.number, words(code), format!("one of {rate} frames a second")));
             }
         } else {
             starts = follows;
@@ -80,42 +72,22 @@ pub(super) fn time_codes(
         .take(NAMED)
         .map(|(number, is, wanted)| format!("frame {number} has {is} in place of {wanted}"));
     let named: Vec<String> = named.collect();
-    let sentence = format!(
-        "the time code does not step by one at {}: {}",
-        spans(&numbers),
-        named.join("; ")
-    );
+    let sentence =
+        format!("the time code does not step by one at {}: {}", spans(&numbers), named.join("; "));
     found.fault("time_code", numbers, sentence);
 }
 
 fn is_same(a: attribute::TimeCode, b: attribute::TimeCode) -> bool {
     let of = |t: attribute::TimeCode| {
-        (
-            t.hours,
-            t.minutes,
-            t.seconds,
-            t.frame,
-            t.field_phase,
-            t.drop_frame,
-        )
+        (t.hours, t.minutes, t.seconds, t.frame, t.field_phase, t.drop_frame)
     };
     of(a) == of(b)
 }
 
 /// A header's time code as it is read on a slate.
 pub(super) fn words(code: attribute::TimeCode) -> String {
-    let attribute::TimeCode {
-        hours,
-        minutes,
-        seconds,
-        frame,
-        ..
-    } = code;
+    let attribute::TimeCode { hours, minutes, seconds, frame, .. } = code;
     let mark = if code.drop_frame { ';' } else { ':' };
-    let field = if code.field_phase {
-        " second field"
-    } else {
-        ""
-    };
+    let field = if code.field_phase { " second field" } else { "" };
     format!("{hours:02}:{minutes:02}:{seconds:02}{mark}{frame:02}{field}")
 }

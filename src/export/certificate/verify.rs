@@ -39,9 +39,8 @@ impl Verification {
         let certificate = Certificate::read(path)?;
         let own = path.parent().unwrap_or(Path::new(""));
         let folder = own.join(&certificate.folder);
-        let judged = each(&certificate.files, AT_ONCE, progress, STAGE, |frame| {
-            judge(&folder, frame)
-        })?;
+        let judged =
+            each(&certificate.files, AT_ONCE, progress, STAGE, |frame| judge(&folder, frame))?;
         let mut faults: Vec<Fault> = judged.iter().flatten().cloned().collect();
         if certificate.hash() != certificate.sha256 {
             faults.insert(
@@ -69,11 +68,7 @@ impl Verification {
             ));
         }
         let files = certificate.all_files().count();
-        let changed: BTreeSet<&str> = judged
-            .iter()
-            .flatten()
-            .map(|fault| &*fault.frames)
-            .collect();
+        let changed: BTreeSet<&str> = judged.iter().flatten().map(|fault| &*fault.frames).collect();
         // A file has one fault at most.
         let same = files - judged.iter().flatten().count();
         let passed = faults.is_empty();
@@ -108,27 +103,16 @@ impl Verification {
 }
 
 fn fault(kind: &str, frames: String, sentence: String) -> Fault {
-    Fault {
-        kind: kind.to_owned(),
-        frames,
-        sentence,
-    }
+    Fault { kind: kind.to_owned(), frames, sentence }
 }
 
 /// What is no longer so of a frame.
 fn judge(folder: &Path, frame: &CertifiedFrame) -> Vec<Fault> {
     let files = [&frame.file].into_iter().chain(&frame.beside);
     let of_file = |file: &FileHash| {
-        let FileHash {
-            name,
-            bytes,
-            sha256,
-        } = file;
+        let FileHash { name, bytes, sha256 } = file;
         let (kind, what) = if !is_bare(name) {
-            (
-                "certificate",
-                "is no name of a file beside the others".to_owned(),
-            )
+            ("certificate", "is no name of a file beside the others".to_owned())
         } else {
             let path = folder.join(name);
             match hash_file(&path, *bytes) {
@@ -141,11 +125,7 @@ fn judge(folder: &Path, frame: &CertifiedFrame) -> Vec<Fault> {
                 Err(e) => ("unreadable", format!("cannot be read: {e}")),
             }
         };
-        Some(fault(
-            kind,
-            frame.frame.to_string(),
-            format!("{name} {what}"),
-        ))
+        Some(fault(kind, frame.frame.to_string(), format!("{name} {what}")))
     };
     files.filter_map(of_file).collect()
 }
@@ -169,21 +149,12 @@ fn added(folder: &Path, certificate: &Certificate) -> Vec<Remark> {
         return Vec::new();
     };
     let known: BTreeSet<&str> = (certificate.files.iter()).map(|f| &*f.file.name).collect();
-    let new = shot
-        .files
-        .iter()
-        .filter(|(_, name)| !known.contains(&**name));
+    let new = shot.files.iter().filter(|(_, name)| !known.contains(&**name));
     let new: Vec<&str> = new.map(|(_, name)| &**name).collect();
     let sentence = match new[..] {
         [] => return Vec::new(),
         [one] => format!("{one} is not in the certificate"),
-        [first, ..] => format!(
-            "{first} and {} more are not in the certificate",
-            new.len() - 1
-        ),
+        [first, ..] => format!("{first} and {} more are not in the certificate", new.len() - 1),
     };
-    vec![Remark {
-        kind: "added".to_owned(),
-        sentence,
-    }]
+    vec![Remark { kind: "added".to_owned(), sentence }]
 }

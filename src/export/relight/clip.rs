@@ -77,14 +77,7 @@ impl<'a> Clip<'a> {
         }
         let interview = Interview::of(project)?;
         let size = picture_size(project, settings.files.at)?;
-        let writer = Writer::open(
-            &settings.files,
-            look.frames,
-            size,
-            &interview,
-            part,
-            progress,
-        )?;
+        let writer = Writer::open(&settings.files, look.frames, size, &interview, part, progress)?;
         let clip = Self {
             look,
             calibration,
@@ -109,9 +102,7 @@ impl<'a> Clip<'a> {
         progress: &Progress,
     ) -> Result<(Vec<Plan>, Option<Provenance>)> {
         let count = last - first + 1;
-        let provenance = (writer.writes_stills())
-            .then(|| self.look.provenance())
-            .transpose()?;
+        let provenance = (writer.writes_stills()).then(|| self.look.provenance()).transpose()?;
         let start = self.look.frames.0;
         let depends = self.look.settings.goes_from_frame_to_frame();
         let mut planned = Vec::with_capacity(count + 1);
@@ -128,20 +119,12 @@ impl<'a> Clip<'a> {
             }
             // The export's first frame sets the level of all.
             if write || frame == start || depends {
-                planned.push(Plan {
-                    frame,
-                    scene,
-                    made_of,
-                    write,
-                });
+                planned.push(Plan { frame, scene, made_of, write });
             }
         }
         let relit = planned.iter().filter(|plan| plan.write).count();
         if relit < count {
-            progress.say(format!(
-                "{} of {count} frames are there already",
-                count - relit
-            ));
+            progress.say(format!("{} of {count} frames are there already", count - relit));
         }
         if relit == 0 {
             planned.clear();
@@ -174,16 +157,10 @@ impl<'a> Clip<'a> {
         let solo = (!self.solo.is_empty()).then(|| light.solo(&self.solo));
         let of = Ingredients {
             weights: solo.as_ref().unwrap_or(light.weights()),
-            upstream: Upstream {
-                predict_ms,
-                weights_ms,
-            },
+            upstream: Upstream { predict_ms, weights_ms },
             extra: Extra {
                 plate: plate.as_ref(),
-                identity: Identity {
-                    frame: index as u64,
-                    ..Identity::default()
-                },
+                identity: Identity { frame: index as u64, ..Identity::default() },
                 ..Extra::default()
             },
             ..light.on(&field, &frame.mask)
@@ -246,13 +223,7 @@ fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
         layers,
         subject: compose(
             &plain,
-            &Ingredients {
-                extra: Extra {
-                    plate: of.extra.plate,
-                    ..Extra::default()
-                },
-                ..*of
-            },
+            &Ingredients { extra: Extra { plate: of.extra.plate, ..Extra::default() }, ..*of },
         )?,
     })
 }

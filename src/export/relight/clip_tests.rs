@@ -38,18 +38,12 @@ fn rig() -> Rig {
         confidence: 1.0,
         clipped: 0.0,
     };
-    Rig {
-        lamps: (0..LAMPS).map(lamp).collect(),
-    }
+    Rig { lamps: (0..LAMPS).map(lamp).collect() }
 }
 
 fn plate(side: usize) -> Plate {
     let texture = |x, y| [0.1, 0.3, 0.5].map(|v| v + 0.1 * ((3 * x + 5 * y) % 7) as f32);
-    let square = PlateSquare {
-        x: 0.0,
-        y: 0.0,
-        side: side as f32,
-    };
+    let square = PlateSquare { x: 0.0, y: 0.0, side: side as f32 };
     let light = Image::from_fn(side, side, texture);
     Plate::new(light, disc(side), square, &disc(SIZE)).unwrap()
 }
@@ -71,10 +65,7 @@ impl Shot {
         Self {
             mask: disc(SIZE),
             environment: built_in::all()[0].environment(),
-            weights: LightWeights {
-                per_lamp: (0..LAMPS).map(lit).collect(),
-                uncovered: 0.0,
-            },
+            weights: LightWeights { per_lamp: (0..LAMPS).map(lit).collect(), uncovered: 0.0 },
         }
     }
 
@@ -130,11 +121,7 @@ fn check(scene: &Scene, of: &Ingredients) {
 
 #[test]
 fn layers_add_up_on_every_plate_under_every_light() {
-    let mut scene = Scene {
-        exposure_stops: 0.5,
-        output: Output::Linear,
-        ..Scene::default()
-    };
+    let mut scene = Scene { exposure_stops: 0.5, output: Output::Linear, ..Scene::default() };
     for turn in 0..3 {
         let shot = Shot::new(turn);
         scene.effects.smoothing = 0.8;
@@ -149,11 +136,7 @@ fn layers_add_up_on_every_plate_under_every_light() {
                         scene.background = background;
                         scene.effects.smoothing = smoothing;
                         let plate = Some(&plate);
-                        let extra = Extra {
-                            plate,
-                            before,
-                            ..Extra::default()
-                        };
+                        let extra = Extra { plate, before, ..Extra::default() };
                         check(&scene, &shot.of(&field, extra));
                     }
                 }

@@ -25,10 +25,7 @@ pub fn find_environment(
     }
     let file = named.as_ref().map_or(wanted, |named| &named.file);
     if named.is_some() || file.exists() {
-        let reading = ReadSettings {
-            mapping,
-            ..ReadSettings::default()
-        };
+        let reading = ReadSettings { mapping, ..ReadSettings::default() };
         let panorama = panorama::read(file, &reading)?;
         panorama.notes.iter().for_each(|note| progress.say(note));
         let front = named.and_then(|named| named.front).unwrap_or_default();
@@ -60,10 +57,7 @@ pub fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
         place.ok_or_else(|| {
             let known: Vec<&str> = rig.lamps.iter().map(|lamp| lamp.name.as_str()).collect();
             Error::missing(
-                format!(
-                    "there is no lamp {name:?}: the lamps are {}",
-                    known.join(", ")
-                ),
+                format!("there is no lamp {name:?}: the lamps are {}", known.join(", ")),
                 "Name lamps that the network has learnt",
             )
         })

@@ -174,11 +174,7 @@ impl RelightSettings {
                 "Take its keys out",
             ));
         }
-        let numbers = self
-            .lighting
-            .placed
-            .iter()
-            .map(|light| light.id.to_string());
+        let numbers = self.lighting.placed.iter().map(|light| light.id.to_string());
         let numbers: Vec<String> = numbers.collect();
         Err(Error::missing(
             match &numbers[..] {
@@ -197,16 +193,10 @@ impl RelightSettings {
 fn range(text: &str) -> std::result::Result<(usize, usize), String> {
     let (from, to) = text.split_once('-').unwrap_or((text, text));
     let number = |s: &str| {
-        s.trim()
-            .parse::<usize>()
-            .map_err(|e| format!("{s:?} is not a frame number: {e}"))
+        s.trim().parse::<usize>().map_err(|e| format!("{s:?} is not a frame number: {e}"))
     };
     let (from, to) = (number(from)?, number(to)?);
-    if from <= to {
-        Ok((from, to))
-    } else {
-        Err(format!("{from} comes after {to}"))
-    }
+    if from <= to { Ok((from, to)) } else { Err(format!("{from} comes after {to}")) }
 }
 
 /// The first and last frame that are relit: those that are asked for, or all.

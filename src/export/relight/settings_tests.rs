@@ -57,10 +57,7 @@ fn keys_of_a_light_that_is_not_there_are_refused() {
     assert_eq!(scene(&moving, 4, 0.0).lighting.placed[1].yaw_deg, 45.0);
     moving.animation.set(azimuth(3), keys("0:0"));
     let said = moving.check_keys().unwrap_err().to_string();
-    assert!(
-        said.contains("lights.3.yaw") && said.contains("1, 2"),
-        "{said}"
-    );
+    assert!(said.contains("lights.3.yaw") && said.contains("1, 2"), "{said}");
     moving.lighting.placed.clear();
     let said = moving.check_keys().unwrap_err().to_string();
     assert!(said.contains("no light"), "{said}");
@@ -89,16 +86,11 @@ fn all_settings_come_back_from_a_file_as_they_were() {
     }];
     all.background = Background::None;
     let mut lanes = vec![Setting::Yaw, Setting::Exposure, Setting::Tint];
-    lanes.extend(
-        STRENGTHS
-            .iter()
-            .map(|strength| Setting::Effect(strength.pass)),
-    );
+    lanes.extend(STRENGTHS.iter().map(|strength| Setting::Effect(strength.pass)));
     lanes.extend(LightSetting::ALL.map(|(setting, ..)| Setting::Light(2, setting)));
     lanes.push(Setting::Group(1));
     for (number, lane) in lanes.into_iter().enumerate() {
-        all.animation
-            .set(lane, keys(&format!("0:0.1,{}:0.7", number + 1)));
+        all.animation.set(lane, keys(&format!("0:0.1,{}:0.7", number + 1)));
     }
     let text = serde_json::to_string(&all).unwrap();
     let read: RelightSettings = serde_json::from_str(&text).unwrap();

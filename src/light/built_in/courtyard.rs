@@ -34,11 +34,7 @@ fn radiance(direction: Vec3) -> Vec3 {
     }
     // What faces the sun is sun-lit, unless a wall throws its shadow there.
     let normal = [Vec3::X, Vec3::Y, Vec3::Z][axis]
-        * if axis == 1 {
-            1.0
-        } else {
-            -p.to_array()[axis].signum()
-        };
+        * if axis == 1 { 1.0 } else { -p.to_array()[axis].signum() };
     let facing = normal.dot(sun).max(0.0);
     let free = sun * ((high.y - p.y) / sun.y) + p;
     let reaches = ramp(0.0, 0.12, (high.x - free.x).min(high.z - free.z));

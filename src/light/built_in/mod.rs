@@ -37,12 +37,7 @@ impl BuiltIn {
     pub fn environment(&self) -> Arc<Environment> {
         static MADE: [OnceLock<Arc<Environment>>; ALL.len()] =
             [const { OnceLock::new() }; ALL.len()];
-        let make = || {
-            Arc::new(Environment::from_radiance(
-                self.title,
-                (self.make)(Self::WIDTH),
-            ))
-        };
+        let make = || Arc::new(Environment::from_radiance(self.title, (self.make)(Self::WIDTH)));
         match ALL.iter().position(|own| own.name == self.name) {
             Some(place) => MADE[place].get_or_init(make).clone(),
             None => make(),
@@ -136,11 +131,7 @@ fn panorama(width: usize, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> Image {
             (sum / (rays * rays) as f32).to_array()
         })
         .collect();
-    Raster {
-        width,
-        height,
-        pixels,
-    }
+    Raster { width, height, pixels }
 }
 
 #[cfg(test)]

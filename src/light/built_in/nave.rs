@@ -56,10 +56,7 @@ pub fn nave(width: usize) -> Image {
         };
         // ∫ of the disc's profile: 2π · wide² · 0.324 with that softness.
         let solid_angle = 2.0 * PI * wide * wide * 0.324;
-        disc.add(
-            &mut image,
-            [1.0, 0.52, 0.17].map(|v| v * 1500.0 * solid_angle),
-        );
+        disc.add(&mut image, [1.0, 0.52, 0.17].map(|v| v * 1500.0 * solid_angle));
     }
     image
 }

@@ -25,11 +25,7 @@ pub fn noise(p: Vec3) -> f32 {
 
 /// A value in `[−1, 1]` for a point of the integer lattice (an integer hash after C. Wellons).
 fn lattice(p: Vec3) -> f32 {
-    let fold = |h: u32, v: f32| {
-        (h ^ (v as i32 as u32))
-            .wrapping_mul(0x85eb_ca6b)
-            .rotate_left(13)
-    };
+    let fold = |h: u32, v: f32| (h ^ (v as i32 as u32)).wrapping_mul(0x85eb_ca6b).rotate_left(13);
     let mut h = fold(fold(fold(0x9e37_79b9, p.x), p.y), p.z);
     h = (h ^ (h >> 16)).wrapping_mul(0x7feb_352d);
     h = (h ^ (h >> 15)).wrapping_mul(0x846c_a68b);
@@ -41,10 +37,8 @@ fn lattice(p: Vec3) -> f32 {
 pub fn wall(direction: Vec3, low: Vec3, high: Vec3) -> (Vec3, usize) {
     let ahead = Vec3::select(direction.cmpge(Vec3::ZERO), high, low);
     let t = (ahead / direction).to_array();
-    let axis = (0..3)
-        .filter(|&i| t[i].is_finite())
-        .min_by(|&a, &b| t[a].total_cmp(&t[b]))
-        .unwrap_or(1);
+    let axis =
+        (0..3).filter(|&i| t[i].is_finite()).min_by(|&a, &b| t[a].total_cmp(&t[b])).unwrap_or(1);
     (direction * t[axis], axis)
 }
 
@@ -52,10 +46,7 @@ pub fn wall(direction: Vec3, low: Vec3, high: Vec3) -> (Vec3, usize) {
 /// side and `height` to where the curve begins.
 pub fn arch(p: Vec2, half: f32, height: f32) -> f32 {
     let above = p.y - height;
-    let side = if above > 0.0 {
-        Vec2::new(p.x.abs() + half, above).length() - half
-    } else {
-        p.x.abs()
-    };
+    let side =
+        if above > 0.0 { Vec2::new(p.x.abs() + half, above).length() - half } else { p.x.abs() };
     (half - side).min(p.y)
 }

@@ -115,14 +115,7 @@ impl ClearSky {
         let (sin_phi, cos_phi) = azimuth.sin_cos();
         let (sin_up, cos_up) = elevation.sin_cos();
         let sun = DVec3::new(cos_up * sin_phi, sin_up, -cos_up * cos_phi);
-        let mut sky = Self {
-            turbidity,
-            azimuth,
-            elevation,
-            sun,
-            parts,
-            level: 1.0,
-        };
+        let mut sky = Self { turbidity, azimuth, elevation, sun, parts, level: 1.0 };
         let klx = luminance(sky.irradiance().to_array());
         sky.level = (0.8 + 15.5 * elevation.sin().sqrt()) / f64::from(klx);
         sky
@@ -249,10 +242,7 @@ mod tests {
         // The formulas of appendix A.2 worked out apart from this code: T = 2, sun 45° up.
         let [luminance, x, y] = zenith(2.0, PI / 4.0);
         assert!((luminance - 4.46964).abs() < 1e-5, "{luminance}");
-        assert!(
-            (x - 0.240952).abs() < 1e-6 && (y - 0.243722).abs() < 1e-6,
-            "{x} {y}"
-        );
+        assert!((x - 0.240952).abs() < 1e-6 && (y - 0.243722).abs() < 1e-6, "{x} {y}");
         let sky = sky(2.0, 45.0);
         let [level, ..] = sky.luminance_xy(DVec3::Y);
         assert!((level - luminance).abs() < 1e-9);
@@ -270,19 +260,10 @@ mod tests {
                 + 0.45 * angle.cos().powi(2)
         };
         let to_zenith = (90.0 - elevation).to_radians();
-        for (azimuth, up) in [
-            (2.0, 30.0),
-            (3.1, 60.0),
-            (-1.8, 20.0),
-            (4.0, 45.0),
-            (3.6, 75.0),
-        ] {
+        for (azimuth, up) in [(2.0, 30.0), (3.1, 60.0), (-1.8, 20.0), (4.0, 45.0), (3.6, 75.0)] {
             let up: f64 = f64::to_radians(up);
-            let d = DVec3::new(
-                up.cos() * f64::sin(azimuth),
-                up.sin(),
-                -up.cos() * f64::cos(azimuth),
-            );
+            let d =
+                DVec3::new(up.cos() * f64::sin(azimuth), up.sin(), -up.cos() * f64::cos(azimuth));
             let standard = gradation(d.y) * indicatrix(d.angle_between(sky.sun))
                 / (gradation(1.0) * indicatrix(to_zenith));
             let is = sky.luminance_xy(d)[0] / sky.luminance_xy(DVec3::Y)[0];
@@ -300,16 +281,10 @@ mod tests {
             let sky = sky(2.5, elevation);
             let is = luminance(sky.sun_energy().map(|v| v as f32));
             let expected = 127.5 * (-0.21 / elevation.to_radians().sin()).exp() as f32;
-            assert!(
-                (is / expected - 1.0).abs() < 0.15,
-                "{elevation}°: {is} klx for {expected}"
-            );
+            assert!((is / expected - 1.0).abs() < 0.15, "{elevation}°: {is} klx for {expected}");
             let sun = is * elevation.to_radians().sin() as f32;
             let ratio = sun / luminance(sky.irradiance().to_array());
-            assert!(
-                (1.5..9.0).contains(&ratio),
-                "{elevation}°: sun {ratio} times the sky"
-            );
+            assert!((1.5..9.0).contains(&ratio), "{elevation}°: sun {ratio} times the sky");
         }
         let [r, _, b] = sky(2.5, 8.0).sun_energy();
         assert!(r > 2.0 * b, "a low sun is warm: {r} {b}");

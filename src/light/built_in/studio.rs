@@ -38,78 +38,31 @@ const DISTANCE: f32 = 1.8;
 
 /// A warm key, a neutral fill at a quarter of it, and a rim.
 pub fn three_point(width: usize) -> Image {
-    let room = Room {
-        walls: Vec3::splat(0.10),
-        paper: Vec3::splat(0.32),
-        glow: 0.35,
-    };
+    let room = Room { walls: Vec3::splat(0.10), paper: Vec3::splat(0.32), glow: 0.35 };
     let boxes = [
-        Softbox {
-            at: (-135.0, 36.0),
-            half: (15.0, 15.0),
-            kelvin: 4300.0,
-            energy: PI,
-        },
-        Softbox {
-            at: (138.0, 14.0),
-            half: (19.0, 19.0),
-            kelvin: 6504.0,
-            energy: 0.25 * PI,
-        },
-        Softbox {
-            at: (42.0, 42.0),
-            half: (5.0, 13.0),
-            kelvin: 6504.0,
-            energy: 0.6 * PI,
-        },
+        Softbox { at: (-135.0, 36.0), half: (15.0, 15.0), kelvin: 4300.0, energy: PI },
+        Softbox { at: (138.0, 14.0), half: (19.0, 19.0), kelvin: 6504.0, energy: 0.25 * PI },
+        Softbox { at: (42.0, 42.0), half: (5.0, 13.0), kelvin: 6504.0, energy: 0.6 * PI },
     ];
     studio(width, &room, &boxes)
 }
 
 /// A large box above the camera, a weaker one below, and bright paper.
 pub fn clamshell(width: usize) -> Image {
-    let room = Room {
-        walls: Vec3::splat(0.30),
-        paper: Vec3::splat(0.75),
-        glow: 0.8,
-    };
+    let room = Room { walls: Vec3::splat(0.30), paper: Vec3::splat(0.75), glow: 0.8 };
     let boxes = [
-        Softbox {
-            at: (180.0, 42.0),
-            half: (22.0, 12.0),
-            kelvin: 6000.0,
-            energy: PI,
-        },
-        Softbox {
-            at: (180.0, -38.0),
-            half: (22.0, 9.0),
-            kelvin: 6000.0,
-            energy: 0.45 * PI,
-        },
+        Softbox { at: (180.0, 42.0), half: (22.0, 12.0), kelvin: 6000.0, energy: PI },
+        Softbox { at: (180.0, -38.0), half: (22.0, 9.0), kelvin: 6000.0, energy: 0.45 * PI },
     ];
     studio(width, &room, &boxes)
 }
 
 /// One tall box from the side and a cool edge from behind, in a black room.
 pub fn side_light(width: usize) -> Image {
-    let room = Room {
-        walls: Vec3::splat(0.025),
-        paper: Vec3::new(0.05, 0.055, 0.065),
-        glow: 0.12,
-    };
+    let room = Room { walls: Vec3::splat(0.025), paper: Vec3::new(0.05, 0.055, 0.065), glow: 0.12 };
     let boxes = [
-        Softbox {
-            at: (-98.0, 18.0),
-            half: (8.0, 19.0),
-            kelvin: 5000.0,
-            energy: PI,
-        },
-        Softbox {
-            at: (50.0, 26.0),
-            half: (3.5, 16.0),
-            kelvin: 8000.0,
-            energy: 0.5 * PI,
-        },
+        Softbox { at: (-98.0, 18.0), half: (8.0, 19.0), kelvin: 5000.0, energy: PI },
+        Softbox { at: (50.0, 26.0), half: (3.5, 16.0), kelvin: 8000.0, energy: 0.5 * PI },
     ];
     studio(width, &room, &boxes)
 }
@@ -184,13 +137,7 @@ impl Room {
             _ => 0.0,
         };
         if on_paper > 0.0 && (axis == 2 || p.z < 0.0) {
-            let bend = if axis == 2 {
-                LOW.y + 0.9 - p.y
-            } else {
-                LOW.z + 0.9 - p.z
-            }
-            .max(0.0)
-                / 0.9;
+            let bend = if axis == 2 { LOW.y + 0.9 - p.y } else { LOW.z + 0.9 - p.z }.max(0.0) / 0.9;
             let other = if axis == 2 { Vec3::Y } else { Vec3::Z };
             normal = normal.lerp(other, 0.5 * bend * bend).normalize();
         }

@@ -9,25 +9,11 @@ fn every_environment_is_light_with_a_name_and_a_sentence() {
     for environment in all() {
         let image = (environment.make)(128);
         assert_eq!(image.size(), (128, 64), "{}", environment.name);
-        let light = image
-            .pixels
-            .iter()
-            .flatten()
-            .all(|v| v.is_finite() && *v >= 0.0);
-        assert!(
-            light && image.pixels.iter().any(|&p| luminance(p) > 0.0),
-            "{}",
-            environment.name
-        );
+        let light = image.pixels.iter().flatten().all(|v| v.is_finite() && *v >= 0.0);
+        assert!(light && image.pixels.iter().any(|&p| luminance(p) > 0.0), "{}", environment.name);
         assert!(environment.describe.ends_with('.') && !environment.title.is_empty());
         assert_eq!(named(environment.name).unwrap().title, environment.title);
-        assert_eq!(
-            all()
-                .iter()
-                .filter(|other| other.name == environment.name)
-                .count(),
-            1
-        );
+        assert_eq!(all().iter().filter(|other| other.name == environment.name).count(), 1);
     }
     assert!(named("nowhere").is_none());
 }
@@ -36,11 +22,7 @@ fn every_environment_is_light_with_a_name_and_a_sentence() {
 fn the_energy_does_not_depend_on_the_resolution() {
     for environment in all() {
         let energy = |width| Environment::from_radiance("", (environment.make)(width)).energy();
-        let bound = if environment.name == "nave" {
-            0.03
-        } else {
-            0.01
-        };
+        let bound = if environment.name == "nave" { 0.03 } else { 0.01 };
         let fine = energy(768);
         for width in [256, 384, 512] {
             for (a, b) in energy(width).into_iter().zip(fine) {
@@ -74,20 +56,13 @@ fn the_brightest_light_is_where_the_sentence_says() {
             -elevation.cos() * azimuth.cos(),
         );
         let off = light.direction.angle_between(wanted).to_degrees();
-        assert!(
-            off < 2.0 && light.share > 0.3,
-            "{name}: {light:?} is {off}° off"
-        );
+        assert!(off < 2.0 && light.share > 0.3, "{name}: {light:?} is {off}° off");
     }
 }
 
 #[test]
 fn studios_light_white_that_faces_the_key_with_radiance_1() {
-    for (name, share) in [
-        ("three-point", 1.0),
-        ("clamshell", 1.0),
-        ("side-light", 1.0),
-    ] {
+    for (name, share) in [("three-point", 1.0), ("clamshell", 1.0), ("side-light", 1.0)] {
         let image = (named(name).unwrap().make)(256);
         // The boxes are what is far brighter than anything in the room.
         let energy: f64 = image
@@ -98,10 +73,7 @@ fn studios_light_white_that_faces_the_key_with_radiance_1() {
             .map(|(i, &p)| f64::from(luminance(p)) * texel_solid_angle(i / 256, 256, 128))
             .sum();
         let white = energy / std::f64::consts::PI;
-        assert!(
-            (0.9 * share..2.1 * share).contains(&white),
-            "{name}: {white}"
-        );
+        assert!((0.9 * share..2.1 * share).contains(&white), "{name}: {white}");
     }
 }
 

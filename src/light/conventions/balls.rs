@@ -66,11 +66,7 @@ fn blender(file: &Image, value_deg: f64, d: DVec3) -> [f64; 3] {
     let d = DMat3::from_rotation_z(value_deg.to_radians()) * DVec3::new(d.x, -d.z, d.y);
     let u = (d.y.atan2(d.x) - PI) / -TAU;
     let v = (d.z.acos() - PI) / -PI;
-    bilinear(
-        file,
-        u * file.width as f64 - 0.5,
-        (1.0 - v) * file.height as f64 - 0.5,
-    )
+    bilinear(file, u * file.width as f64 - 0.5, (1.0 - v) * file.height as f64 - 0.5)
 }
 
 /// Mitsuba 3: `direction_to_uv` and `eval_spectrum` of emitters/envmap.cpp. Its columns are shifted by half a
@@ -79,11 +75,7 @@ fn mitsuba(file: &Image, value_deg: f64, d: DVec3) -> [f64; 3] {
     let d = DMat3::from_rotation_y(value_deg.to_radians()).inverse() * d;
     let u = d.x.atan2(-d.z) / TAU;
     let v = d.y.clamp(-1.0, 1.0).acos() / PI;
-    bilinear(
-        file,
-        (u - u.floor()) * file.width as f64 - 0.5,
-        v * (file.height - 1) as f64,
-    )
+    bilinear(file, (u - u.floor()) * file.width as f64 - 0.5, v * (file.height - 1) as f64)
 }
 
 /// Root-mean-square difference of two pictures.
@@ -105,11 +97,7 @@ fn a_mirror_ball_looks_the_same_in_blender_and_mitsuba_at_the_printed_value() {
         let shown = ours(yaw_deg);
         // Half of one of Mitsuba's rows is 0.35°, over which these lamps change by a hundredth.
         for (tool, look, bound) in [
-            (
-                Tool::Blender,
-                blender as fn(&Image, f64, DVec3) -> [f64; 3],
-                1e-4,
-            ),
+            (Tool::Blender, blender as fn(&Image, f64, DVec3) -> [f64; 3], 1e-4),
             (Tool::Mitsuba, mitsuba, 5e-3),
         ] {
             let value = f64::from(tool.value_of_yaw(yaw_deg));
@@ -117,9 +105,8 @@ fn a_mirror_ball_looks_the_same_in_blender_and_mitsuba_at_the_printed_value() {
             let off = apart(&shown, &theirs);
             // The same picture one degree further, or mirrored, is another one.
             let further = apart(&ours(yaw_deg + 1.0), &theirs);
-            let mirrored: Vec<[f64; 3]> = (0..SIZE * SIZE)
-                .map(|i| theirs[i / SIZE * SIZE + SIZE - 1 - i % SIZE])
-                .collect();
+            let mirrored: Vec<[f64; 3]> =
+                (0..SIZE * SIZE).map(|i| theirs[i / SIZE * SIZE + SIZE - 1 - i % SIZE]).collect();
             println!("{tool:?} at {value}: {off:.1e}, a degree further {further:.1e}");
             assert!(off < bound, "{tool:?} at {value}: {off}");
             assert!(further > 2.0 * bound && apart(&shown, &mirrored) > 20.0 * bound);

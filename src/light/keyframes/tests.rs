@@ -2,10 +2,7 @@ use super::*;
 use proptest::prelude::*;
 
 fn keyframes(keys: &[(f64, f64)], interpolation: Interpolation) -> Keyframes {
-    let mut keyframes = Keyframes {
-        interpolation,
-        ..Keyframes::default()
-    };
+    let mut keyframes = Keyframes { interpolation, ..Keyframes::default() };
     for &(frame, value) in keys {
         keyframes.insert(frame, value).unwrap();
     }
@@ -15,11 +12,7 @@ fn keyframes(keys: &[(f64, f64)], interpolation: Interpolation) -> Keyframes {
 fn any_keys() -> impl Strategy<Value = Keyframes> {
     let keys = proptest::collection::vec((-500.0f64..500.0, -1000.0f64..1000.0), 1..12);
     (keys, any::<bool>()).prop_map(|(keys, smooth)| {
-        let kind = if smooth {
-            Interpolation::Smooth
-        } else {
-            Interpolation::Linear
-        };
+        let kind = if smooth { Interpolation::Smooth } else { Interpolation::Linear };
         keyframes(&keys, kind)
     })
 }
@@ -157,13 +150,7 @@ proptest! {
 /// Keys of every kind, some with tangents set by hand.
 fn mixed_keys() -> impl Strategy<Value = Keyframes> {
     let slope = || proptest::option::of(-80.0f64..80.0);
-    let key = (
-        -500.0f64..500.0,
-        -1000.0f64..1000.0,
-        0usize..5,
-        slope(),
-        slope(),
-    );
+    let key = (-500.0f64..500.0, -1000.0f64..1000.0, 0usize..5, slope(), slope());
     proptest::collection::vec(key, 1..12).prop_map(|keys| {
         let mut keyframes = Keyframes::default();
         for (frame, value, kind, slope_in, slope_out) in keys {
@@ -192,10 +179,7 @@ fn a_yaw_from_0_to_720_turns_twice() {
 
 #[test]
 fn a_steady_turn_through_three_keys_stays_steady_in_the_middle() {
-    let keys = keyframes(
-        &[(0.0, 0.0), (10.0, 30.0), (20.0, 60.0)],
-        Interpolation::Smooth,
-    );
+    let keys = keyframes(&[(0.0, 0.0), (10.0, 30.0), (20.0, 60.0)], Interpolation::Smooth);
     let slope = (keys.at(10.001).unwrap() - keys.at(9.999).unwrap()) / 0.002;
     assert!((slope - 3.0).abs() < 1e-3, "{slope}");
     // It sets out and arrives at rest.
@@ -204,10 +188,7 @@ fn a_steady_turn_through_three_keys_stays_steady_in_the_middle() {
 
 #[test]
 fn an_extreme_is_flat_and_equal_keys_hold() {
-    let keys = keyframes(
-        &[(0.0, 0.0), (5.0, 8.0), (9.0, 8.0), (12.0, 1.0)],
-        Interpolation::Smooth,
-    );
+    let keys = keyframes(&[(0.0, 0.0), (5.0, 8.0), (9.0, 8.0), (12.0, 1.0)], Interpolation::Smooth);
     for frame in [5.0, 6.3, 8.9] {
         assert_eq!(keys.at(frame), Some(8.0));
     }
@@ -220,14 +201,7 @@ fn without_keys_there_is_no_value_and_nan_is_refused() {
     assert!(keys.insert(f64::NAN, 0.0).is_err() && keys.insert(0.0, f64::INFINITY).is_err());
     keys.insert(4.0, 1.0).unwrap();
     keys.insert(4.0, 2.0).unwrap();
-    assert_eq!(
-        keys.keys(),
-        [Key {
-            frame: 4.0,
-            value: 2.0,
-            ..Key::default()
-        }]
-    );
+    assert_eq!(keys.keys(), [Key { frame: 4.0, value: 2.0, ..Key::default() }]);
     assert!(keys.shift(1, 0.0, 0.0).is_err() && keys.shift(0, f64::NAN, 0.0).is_err());
     assert_eq!((keys.at(f64::NAN), keys.at(-1e300)), (Some(2.0), Some(2.0)));
     assert!(toml::from_str::<Keyframes>("keys = [{ frame = nan, value = 1.0 }]").is_err());
@@ -244,19 +218,13 @@ fn keys_are_read_or_refused() {
 
 #[test]
 fn a_hold_stays_until_the_next_key() {
-    let mut keys = keyframes(
-        &[(0.0, 1.0), (10.0, 5.0), (20.0, 9.0)],
-        Interpolation::Linear,
-    );
+    let mut keys = keyframes(&[(0.0, 1.0), (10.0, 5.0), (20.0, 9.0)], Interpolation::Linear);
     keys.set_kind(0, Interpolation::Hold);
     let values = [0.0, 9.999, 10.0, 15.0, 20.0].map(|frame| keys.at(frame).unwrap());
     assert_eq!(values, [1.0, 1.0, 5.0, 7.0, 9.0]);
     // A key between goes on as the one before it.
     keys.insert(5.0, 2.0).unwrap();
-    assert_eq!(
-        (keys.at(9.0), keys.kind(1)),
-        (Some(2.0), Interpolation::Hold)
-    );
+    assert_eq!((keys.at(9.0), keys.kind(1)), (Some(2.0), Interpolation::Hold));
 }
 
 #[test]
@@ -273,35 +241,19 @@ fn a_key_that_is_given_another_value_or_frame_keeps_what_else_it_has() {
         assert!(keys.set_slopes(at, [Some(slope), None]).is_err());
     }
     assert!(keys.set_slopes(7, [None, None]).is_err());
-    assert_eq!(
-        keys.slopes(at),
-        Some([2.0, -3.0]),
-        "what is refused changes nothing"
-    );
+    assert_eq!(keys.slopes(at), Some([2.0, -3.0]), "what is refused changes nothing");
 }
 
 #[test]
 fn a_file_has_no_more_than_it_needs_and_is_refused_if_a_number_is_none() {
     let mut keys = keyframes(&[(0.0, 1.0), (8.0, 3.0)], Interpolation::Smooth);
     let plain = "interpolation = \"smooth\"\n\n[[keys]]\nframe = 0.0\nvalue = 1.0\n\n[[keys]]\nframe = 8.0\nvalue = 3.0\n";
-    assert_eq!(
-        toml::to_string(&keys).unwrap(),
-        plain,
-        "as before there were tangents"
-    );
+    assert_eq!(toml::to_string(&keys).unwrap(), plain, "as before there were tangents");
     keys.set_kind(0, Interpolation::Bezier);
     keys.set_slopes(0, [None, Some(0.5)]).unwrap();
     let text = toml::to_string(&keys).unwrap();
-    assert!(
-        text.contains("interpolation = \"bezier\"") && text.contains("out = 0.5"),
-        "{text}"
-    );
-    for broken in [
-        "in = nan",
-        "out = inf",
-        "interpolation = \"wavy\"",
-        "frame = 1e300",
-    ] {
+    assert!(text.contains("interpolation = \"bezier\"") && text.contains("out = 0.5"), "{text}");
+    for broken in ["in = nan", "out = inf", "interpolation = \"wavy\"", "frame = 1e300"] {
         let text = format!("[[keys]]\nvalue = 1.0\n{broken}\n");
         let text = match broken.starts_with("frame") {
             true => text,
@@ -327,9 +279,6 @@ fn keys_are_raised_together() {
     let mut keys = keyframes(&[(0.0, 1.0), (8.0, 3.0)], Interpolation::Linear);
     keys.set_slopes(0, [None, Some(0.5)]).unwrap();
     let raised = keys.plus(10.0).unwrap();
-    assert_eq!(
-        (raised.at(4.0), raised.slopes(0)),
-        (Some(12.0), keys.slopes(0))
-    );
+    assert_eq!((raised.at(4.0), raised.slopes(0)), (Some(12.0), keys.slopes(0)));
     assert!(keys.plus(1e9).is_err());
 }

@@ -31,10 +31,7 @@ pub enum Profile {
 
 impl Profile {
     /// A ball far from the camera and from all that it reflects: distance / radius = sin(ψ/2).
-    pub const FAR_BALL: Self = Self::Ball {
-        camera: 0.0,
-        dome: 0.0,
-    };
+    pub const FAR_BALL: Self = Self::Ball { camera: 0.0, dome: 0.0 };
 
     /// The angle that the distance `r` shows (in radii, at most 1; angular maps continue beyond), and dψ/dr, which
     /// is infinite at a ball's rim.
@@ -96,10 +93,7 @@ impl Disc {
     /// What the place (x, y) in pixels shows, and steradians per square pixel there. With `beyond`, angular maps
     /// continue over the far pole outside their rim.
     pub fn look(&self, x: f64, y: f64, beyond: bool) -> Option<(DVec3, f64)> {
-        let (dx, dy) = (
-            (x - self.centre[0]) / self.radius,
-            (y - self.centre[1]) / self.radius,
-        );
+        let (dx, dy) = ((x - self.centre[0]) / self.radius, (y - self.centre[1]) / self.radius);
         let r = dx.hypot(dy);
         if r > 1.0 && !(beyond && self.profile == Profile::Angular) {
             return None;
@@ -158,10 +152,8 @@ impl Disc {
                     return 0.0;
                 }
                 let (top, bottom) = (horizontal[i], horizontal[i + width]);
-                let (left, right) = (
-                    vertical[y * (width + 1) + x],
-                    vertical[y * (width + 1) + x + 1],
-                );
+                let (left, right) =
+                    (vertical[y * (width + 1) + x], vertical[y * (width + 1) + x + 1]);
                 (top + right - bottom - left).max(0.0)
             })
             .collect()

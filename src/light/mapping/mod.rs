@@ -60,31 +60,22 @@ pub enum Mapping {
 
 impl Mapping {
     /// All mappings.
-    pub const ALL: [Self; 5] = [
-        Self::LatLong,
-        Self::Angular,
-        Self::MirrorBall,
-        Self::CubeCross,
-        Self::CubeStrip,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::LatLong, Self::Angular, Self::MirrorBall, Self::CubeCross, Self::CubeStrip];
 
     /// The unit direction that the place (u, v) shows; `None` if the picture shows nothing there.
     pub fn direction(self, u: f64, v: f64) -> Option<DVec3> {
         let unit = self.unit();
         let (x, y) = (u * unit.width as f64, v * unit.height as f64);
         let inside = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
-        unit.look(x, y)
-            .filter(|_| inside)
-            .map(|(direction, _)| direction)
+        unit.look(x, y).filter(|_| inside).map(|(direction, _)| direction)
     }
 
     /// The place (u, v) that shows a direction of any length above 0.
     pub fn position(self, direction: DVec3) -> (f64, f64) {
         let unit = self.unit();
         // Only photographs have directions that they do not show.
-        let (x, y) = unit
-            .place(direction.normalize_or(DVec3::NEG_Z))
-            .unwrap_or((0.0, 0.0));
+        let (x, y) = unit.place(direction.normalize_or(DVec3::NEG_Z)).unwrap_or((0.0, 0.0));
         (x / unit.width as f64, y / unit.height as f64)
     }
 
@@ -107,11 +98,7 @@ impl Mapping {
     /// When a picture of this mapping cannot have this size.
     pub fn solid_angles(self, size: (usize, usize)) -> Result<Raster<f64>> {
         let projection = self.projection(size)?;
-        Ok(Raster {
-            width: size.0,
-            height: size.1,
-            pixels: projection.solid_angles(),
-        })
+        Ok(Raster { width: size.0, height: size.1, pixels: projection.solid_angles() })
     }
 
     /// ∫ E dω over the sphere, per channel. Pixels that show nothing do not count.
@@ -179,11 +166,7 @@ impl Mapping {
             Self::CubeCross => Kind::Cube(&projection::CROSS, height / 3),
             Self::CubeStrip => Kind::Cube(&projection::STRIP, height),
         };
-        Projection {
-            width,
-            height,
-            kind,
-        }
+        Projection { width, height, kind }
     }
 }
 
@@ -233,14 +216,7 @@ pub fn convert_turned(
         }
     }
     let clean = Environment::from_radiance("", image);
-    let turn = if turn.is_finite() {
-        turn.as_dquat().normalize()
-    } else {
-        DQuat::IDENTITY
-    };
+    let turn = if turn.is_finite() { turn.as_dquat().normalize() } else { DQuat::IDENTITY };
     let resampled = resample(&clean.radiance, &source, &shown, &target, turn);
-    Ok(Converted {
-        image: resampled.image,
-        repaired_pixels: clean.repaired_texels,
-    })
+    Ok(Converted { image: resampled.image, repaired_pixels: clean.repaired_texels })
 }

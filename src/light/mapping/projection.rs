@@ -35,12 +35,7 @@ pub struct Face {
 }
 
 const fn face(column: u8, row: u8, [ahead, right, up]: [DVec3; 3]) -> Face {
-    Face {
-        cell: (column, row),
-        ahead,
-        right,
-        up,
-    }
+    Face { cell: (column, row), ahead, right, up }
 }
 
 /// Six views from within, around the one ahead.
@@ -90,10 +85,7 @@ impl Projection {
                 let edge = *edge as f64;
                 let direction = face.look(x, y, edge);
                 let length = direction.length();
-                Some((
-                    direction / length,
-                    (2.0 / edge).powi(2) / (length * length * length),
-                ))
+                Some((direction / length, (2.0 / edge).powi(2) / (length * length * length)))
             }
             Kind::Disc(disc) => disc.look(x, y, false),
         }
@@ -109,9 +101,7 @@ impl Projection {
     ) -> Option<&'static Face> {
         let cell = |p: f64, end: usize| (p.min(end as f64 - 1e-9) / edge as f64).floor();
         let (column, row) = (cell(x, self.width), cell(y, self.height));
-        faces
-            .iter()
-            .find(|f| (f64::from(f.cell.0), f64::from(f.cell.1)) == (column, row))
+        faces.iter().find(|f| (f64::from(f.cell.0), f64::from(f.cell.1)) == (column, row))
     }
 
     /// The place (x, y) in pixels that shows a unit direction; `None` if there is none.

@@ -71,9 +71,7 @@ pub fn resample(
     // Slopes leave a small error in the smooth part's energy; one factor corrects it.
     let correction: [f64; 3] = std::array::from_fn(|c| {
         let before = smooth.pixels.iter().zip(&plan.source_angles);
-        let before: f64 = before
-            .map(|(pixel, angle)| f64::from(pixel[c]) * angle)
-            .sum();
+        let before: f64 = before.map(|(pixel, angle)| f64::from(pixel[c]) * angle).sum();
         let after: f64 = sums.iter().map(|sum| sum[c]).sum();
         if after > 0.0 { before / after } else { 1.0 }
     });
@@ -89,11 +87,7 @@ pub fn resample(
         })
         .collect();
     Resampled {
-        image: Image {
-            width: target.width,
-            height: target.height,
-            pixels,
-        },
+        image: Image { width: target.width, height: target.height, pixels },
         shown: plan.shown,
     }
 }
@@ -144,11 +138,7 @@ struct Factors {
 /// finer that its own samples are dense here too.
 fn grid(this: &Projection, other: &Projection) -> usize {
     let pixels = |p: &Projection| p.width * p.height;
-    if pixels(other) >= 9 * pixels(this) {
-        1
-    } else {
-        2
-    }
+    if pixels(other) >= 9 * pixels(this) { 1 } else { 2 }
 }
 
 /// The places of an `n × n` grid in a pixel.
@@ -191,20 +181,15 @@ impl Sampling<'_> {
     fn target_sample(&self, pixel: usize, (x, y): (f64, f64)) -> Option<Result<Sample, f64>> {
         let (direction, in_target) = self.target.look(x, y)?;
         let alone = in_target / (self.n * self.n) as f64;
-        let seen = self
-            .source
-            .place(self.turn.inverse() * direction)
-            .filter(|&place| self.shows(place));
+        let seen =
+            self.source.place(self.turn.inverse() * direction).filter(|&place| self.shows(place));
         Some(seen.ok_or(alone).map(|(x, y)| {
             Sample {
                 target: pixel as u32,
                 x: x as f32,
                 y: y as f32,
                 // Where the source is infinitely dense only the target's samples count.
-                weight: self
-                    .source
-                    .look(x, y)
-                    .map_or(alone, |(_, d)| self.weight(in_target, d))
+                weight: self.source.look(x, y).map_or(alone, |(_, d)| self.weight(in_target, d))
                     as f32,
             }
         }))
@@ -294,19 +279,11 @@ fn shares_shown(samples: &[Sample], missed: &[f64], angles: &[f64], all: f64) ->
     let (mut whole, mut cut) = (0.0, 0.0);
     let mut shown = vec![0.0; missed.len()];
     for (i, (seen, missed)) in seen.iter().zip(missed).enumerate() {
-        let share = if *seen > 0.0 {
-            seen / (seen + missed)
-        } else {
-            0.0
-        };
+        let share = if *seen > 0.0 { seen / (seen + missed) } else { 0.0 };
         shown[i] = share as f32;
         *(if share < 1.0 { &mut cut } else { &mut whole }) += share * angles[i];
     }
-    let scale = if cut > 0.0 {
-        ((all - whole) / cut).max(0.0)
-    } else {
-        1.0
-    };
+    let scale = if cut > 0.0 { ((all - whole) / cut).max(0.0) } else { 1.0 };
     for shown in &mut shown {
         if *shown > 0.0 && *shown < 1.0 {
             // At least a little is shown there.
@@ -347,15 +324,7 @@ impl<'a> Plan<'a> {
         for i in 0..shown.len() {
             starts[i + 1] += starts[i];
         }
-        Self {
-            source,
-            usable,
-            samples,
-            starts,
-            source_angles,
-            shown_angles,
-            shown,
-        }
+        Self { source, usable, samples, starts, source_angles, shown_angles, shown }
     }
 
     /// The samples that count for a target pixel.
@@ -365,9 +334,7 @@ impl<'a> Plan<'a> {
 
     /// The source's pixels that a sample interpolates, with shares that add up to 1.
     fn interpolated(&self, sample: &Sample) -> impl Iterator<Item = (usize, f32)> {
-        let around = self
-            .source
-            .neighbours(f64::from(sample.x), f64::from(sample.y));
+        let around = self.source.neighbours(f64::from(sample.x), f64::from(sample.y));
         let shares = around.map(|(pixel, share)| {
             pixel.map_or((0, 0.0), |pixel| (pixel, share * self.usable[pixel]))
         });
@@ -383,17 +350,14 @@ impl<'a> Plan<'a> {
     fn balanced(&self) -> Factors {
         let factors = |angles: &[f64], sums: &[f64]| -> Vec<f64> {
             let pairs = angles.iter().zip(sums);
-            pairs
-                .map(|(angle, &sum)| if sum > 0.0 { angle / sum } else { 0.0 })
-                .collect()
+            pairs.map(|(angle, &sum)| if sum > 0.0 { angle / sum } else { 0.0 }).collect()
         };
         let target = |source: &[f64]| {
             let sum = |target: usize| -> f64 {
                 let parts = self.samples_of(target).iter().map(|sample| {
                     let parts = self.interpolated(sample);
-                    let sum: f64 = parts
-                        .map(|(pixel, share)| f64::from(share) * source[pixel])
-                        .sum();
+                    let sum: f64 =
+                        parts.map(|(pixel, share)| f64::from(share) * source[pixel]).sum();
                     f64::from(sample.weight) * sum
                 });
                 parts.sum()
@@ -420,17 +384,12 @@ impl<'a> Plan<'a> {
                     sums
                 })
                 .collect();
-            let sums: Vec<f64> = (0..source.len())
-                .map(|i| parts.iter().map(|sums| sums[i]).sum())
-                .collect();
+            let sums: Vec<f64> =
+                (0..source.len()).map(|i| parts.iter().map(|sums| sums[i]).sum()).collect();
             source = factors(&self.source_angles, &sums);
             exact = even;
             even = target(&source);
         }
-        Factors {
-            source,
-            exact,
-            even,
-        }
+        Factors { source, exact, even }
     }
 }

@@ -167,17 +167,12 @@ proptest! {
 fn the_middles_and_sides_are_those_of_the_table() {
     let near = |mapping: Mapping, u: f64, v: f64, d: DVec3| {
         let found = mapping.direction(u, v).unwrap();
-        assert!(
-            found.distance(d) < 1e-9,
-            "{mapping:?} ({u}, {v}): {found} is not {d}"
-        );
+        assert!(found.distance(d) < 1e-9, "{mapping:?} ({u}, {v}): {found} is not {d}");
     };
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
-    for (mapping, middle) in [
-        (Mapping::Angular, -z),
-        (Mapping::MirrorBall, z),
-        (Mapping::LatLong, -z),
-    ] {
+    for (mapping, middle) in
+        [(Mapping::Angular, -z), (Mapping::MirrorBall, z), (Mapping::LatLong, -z)]
+    {
         near(mapping, 0.5, 0.5, middle);
     }
     near(Mapping::Angular, 0.75, 0.5, x);
@@ -272,18 +267,11 @@ fn a_smooth_sky_looks_the_same_in_every_mapping() {
 #[test]
 fn a_round_trip_through_the_angular_map_brings_the_panorama_back() {
     let image = painted(Mapping::LatLong, (256, 128));
-    let angular = convert(&image, Mapping::LatLong, Mapping::Angular, (256, 256))
-        .unwrap()
-        .image;
-    let back = convert(&angular, Mapping::Angular, Mapping::LatLong, (256, 128))
-        .unwrap()
-        .image;
+    let angular = convert(&image, Mapping::LatLong, Mapping::Angular, (256, 256)).unwrap().image;
+    let back = convert(&angular, Mapping::Angular, Mapping::LatLong, (256, 128)).unwrap().image;
     let (psnr, worst) = compared(&back, &image, Mapping::LatLong, |_| true);
     println!("lat-long → angular → lat-long: {psnr:.1} dB, worst {worst:.4}");
-    assert!(
-        psnr > 55.0 && worst < 0.02,
-        "{psnr:.1} dB, worst {worst:.4}"
-    );
+    assert!(psnr > 55.0 && worst < 0.02, "{psnr:.1} dB, worst {worst:.4}");
 }
 
 #[test]
@@ -292,9 +280,7 @@ fn nothing_jumps_at_the_seam_or_the_poles() {
     let turn = Quat::from_axis_angle(Vec3::new(1.0, 0.4, 0.2).normalize(), 1.4);
     for from in Mapping::ALL {
         let image = painted(from, from.size(128));
-        let turned = convert_turned(&image, from, Mapping::LatLong, (128, 64), turn)
-            .unwrap()
-            .image;
+        let turned = convert_turned(&image, from, Mapping::LatLong, (128, 64), turn).unwrap().image;
         let back = turn.inverse().as_dquat();
         let truth = Image::from_fn(128, 64, |x, y| {
             sky(back * latlong::texel_direction(x, y, 128, 64).as_dvec3())
@@ -310,9 +296,8 @@ fn nothing_jumps_at_the_seam_or_the_poles() {
 fn a_yaw_moves_the_picture_to_the_right() {
     let image = painted(Mapping::LatLong, (64, 32));
     let yaw = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
-    let turned = convert_turned(&image, Mapping::LatLong, Mapping::LatLong, (64, 32), yaw)
-        .unwrap()
-        .image;
+    let turned =
+        convert_turned(&image, Mapping::LatLong, Mapping::LatLong, (64, 32), yaw).unwrap().image;
     let moved = Image::from_fn(64, 32, |x, y| image.at((x + 64 - 16) % 64, y));
     assert!(compared(&turned, &moved, Mapping::LatLong, |_| true).0 > 50.0);
 }
@@ -334,14 +319,7 @@ fn values_that_are_not_light_are_repaired_and_counted() {
     image.pixels[16 * 32 + 16] = [f32::NAN, f32::INFINITY, -1.0];
     let converted = convert(&image, Mapping::MirrorBall, Mapping::LatLong, (32, 16)).unwrap();
     assert_eq!(converted.repaired_pixels, 1);
-    assert!(
-        converted
-            .image
-            .pixels
-            .iter()
-            .flatten()
-            .all(|v| v.is_finite() && *v >= 0.0)
-    );
+    assert!(converted.image.pixels.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
     let nothing = Image::filled(8, 8, [f32::NAN; 3]);
     let black = convert(&nothing, Mapping::Angular, Mapping::LatLong, (8, 4)).unwrap();
     assert!(black.image.pixels.iter().all(|p| *p == [0.0; 3]));

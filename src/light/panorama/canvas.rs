@@ -66,10 +66,7 @@ impl Canvas {
             brightest: 0.0,
             repaired: 0,
         };
-        Self {
-            shrink: Some(shrink),
-            ..Self::whole((most, rows))
-        }
+        Self { shrink: Some(shrink), ..Self::whole((most, rows)) }
     }
 
     /// Paints a run of texels of row `y` from column `x` on. What lies outside does not count.
@@ -83,13 +80,7 @@ impl Canvas {
             }
             return;
         };
-        let Shrink {
-            columns,
-            rows,
-            infinite,
-            brightest,
-            repaired,
-        } = shrink;
+        let Shrink { columns, rows, infinite, brightest, repaired } = shrink;
         let Some(&row) = rows.get(y) else {
             return;
         };
@@ -160,9 +151,7 @@ fn extend(image: &mut Image, painted: &[f32]) {
         let row = &mut image.pixels[y * width..][..width];
         // The strip's edge runs through it.
         if painted[y] < 0.999 {
-            row.iter_mut()
-                .flatten()
-                .for_each(|value| *value /= painted[y].max(1e-3));
+            row.iter_mut().flatten().for_each(|value| *value /= painted[y].max(1e-3));
         }
         let mean: [f32; 3] = std::array::from_fn(|c| {
             (row.iter().map(|p| f64::from(p[c])).sum::<f64>() / width as f64) as f32
@@ -185,10 +174,7 @@ fn repair(texel: [f32; 3], around: &[[f32; 3]]) -> [f32; 3] {
         if !texel[c].is_nan() {
             return texel[c].max(0.0);
         }
-        let light = around
-            .iter()
-            .map(|p| p[c])
-            .filter(|v| v.is_finite() && *v >= 0.0);
+        let light = around.iter().map(|p| p[c]).filter(|v| v.is_finite() && *v >= 0.0);
         let (sum, count) = light.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
         if count > 0.0 { sum / count } else { 0.0 }
     })
@@ -219,11 +205,7 @@ fn parts(source: usize, target: usize, measure: impl Fn(f64, f64) -> f64) -> Vec
                     0.0
                 }
             };
-            Part {
-                target: first,
-                share: share(first),
-                next: share(first + 1),
-            }
+            Part { target: first, share: share(first), next: share(first + 1) }
         })
         .collect()
 }

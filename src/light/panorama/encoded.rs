@@ -9,9 +9,7 @@ use imaging::file::decode_within_limits;
 use std::io::{BufRead, Seek};
 
 pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> Result<Canvas> {
-    let reader = ImageReader::new(file)
-        .with_guessed_format()
-        .map_err(|e| panorama.broken(e))?;
+    let reader = ImageReader::new(file).with_guessed_format().map_err(|e| panorama.broken(e))?;
     if reader.format().is_none() {
         return Err(Error::invalid(
             format!(
@@ -31,27 +29,14 @@ pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> 
         _ if picture.color().bytes_per_pixel() > picture.color().channel_count() => {
             let rgb = picture.into_rgb16();
             let light = |v: u16| linear_from_srgb(f32::from(v) / 65535.0);
-            paint(
-                panorama,
-                rgb.dimensions(),
-                rgb.as_raw(),
-                light,
-                Some((16, u16::MAX)),
-            )
+            paint(panorama, rgb.dimensions(), rgb.as_raw(), light, Some((16, u16::MAX)))
         }
         _ => {
             let rgb = picture.into_rgb8();
-            let table: Vec<f32> = (0..=255u8)
-                .map(|v| linear_from_srgb(f32::from(v) / 255.0))
-                .collect();
+            let table: Vec<f32> =
+                (0..=255u8).map(|v| linear_from_srgb(f32::from(v) / 255.0)).collect();
             let light = |v: u8| table[usize::from(v)];
-            paint(
-                panorama,
-                rgb.dimensions(),
-                rgb.as_raw(),
-                light,
-                Some((8, u8::MAX)),
-            )
+            paint(panorama, rgb.dimensions(), rgb.as_raw(), light, Some((8, u8::MAX)))
         }
     }
 }

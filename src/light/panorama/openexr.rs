@@ -16,19 +16,13 @@ pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> 
     check_openexr(reader.headers()).map_err(|e| panorama.broken(e))?;
     let choice = choose(panorama, reader.headers())?;
     let header = &reader.headers()[choice.header];
-    let (data, display) = (
-        header.data_window(),
-        header.shared_attributes.display_window,
-    );
+    let (data, display) = (header.data_window(), header.shared_attributes.display_window);
     let size =
         |window: exr::meta::attribute::IntegerBounds| (window.size.width(), window.size.height());
     let is_panorama = |(width, height): (usize, usize)| width.abs_diff(2 * height) <= 2;
     // Some tools leave the display window of the shot that the panorama was made for.
-    let window = if is_panorama(size(data)) && !is_panorama(size(display)) {
-        data
-    } else {
-        display
-    };
+    let window =
+        if is_panorama(size(data)) && !is_panorama(size(display)) { data } else { display };
     let offset = data.position - window.position;
     let (inside_x, inside_y) = (
         overlap(offset.x(), size(data).0, size(window).0),
@@ -45,14 +39,8 @@ pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> 
         ));
     }
     if header.shared_attributes.chromaticities.is_some_and(|c| {
-        let primaries = [
-            (c.red, 0.64, 0.33),
-            (c.green, 0.30, 0.60),
-            (c.blue, 0.15, 0.06),
-        ];
-        primaries
-            .iter()
-            .any(|(p, x, y)| (p.x() - x).abs() + (p.y() - y).abs() > 0.02)
+        let primaries = [(c.red, 0.64, 0.33), (c.green, 0.30, 0.60), (c.blue, 0.15, 0.06)];
+        primaries.iter().any(|(p, x, y)| (p.x() - x).abs() + (p.y() - y).abs() > 0.02)
     }) {
         panorama.notes.push(
             "The file declares other primaries than Rec. 709. Its values are used unchanged, so colours may look paler."
@@ -123,18 +111,15 @@ impl Samples {
         match kind {
             SampleType::F16 => {
                 let (pairs, _) = bytes.as_chunks::<2>();
-                self.values
-                    .extend(pairs.iter().map(|b| f16::from_ne_bytes(*b).to_f32()));
+                self.values.extend(pairs.iter().map(|b| f16::from_ne_bytes(*b).to_f32()));
             }
             SampleType::F32 => {
                 let (words, _) = bytes.as_chunks::<4>();
-                self.values
-                    .extend(words.iter().map(|b| f32::from_ne_bytes(*b)));
+                self.values.extend(words.iter().map(|b| f32::from_ne_bytes(*b)));
             }
             SampleType::U32 => {
                 let (words, _) = bytes.as_chunks::<4>();
-                self.values
-                    .extend(words.iter().map(|b| u32::from_ne_bytes(*b) as f32));
+                self.values.extend(words.iter().map(|b| u32::from_ne_bytes(*b) as f32));
             }
         }
     }
@@ -151,15 +136,11 @@ struct LayerChoice {
 fn colour_layer(names: &[String], unnamed: bool) -> Option<([usize; 3], String)> {
     names.iter().find_map(|name| {
         let (layer, last) = name.rsplit_once('.').unwrap_or(("", name));
-        let triple = [["r", "g", "b"], ["red", "green", "blue"]]
-            .into_iter()
-            .find(|t| t[0] == last)?;
+        let triple =
+            [["r", "g", "b"], ["red", "green", "blue"]].into_iter().find(|t| t[0] == last)?;
         let find = |channel: &str| {
-            let wanted = if layer.is_empty() {
-                channel.to_string()
-            } else {
-                format!("{layer}.{channel}")
-            };
+            let wanted =
+                if layer.is_empty() { channel.to_string() } else { format!("{layer}.{channel}") };
             names.iter().position(|n| *n == wanted)
         };
         let channels = [find(triple[0])?, find(triple[1])?, find(triple[2])?];
@@ -171,11 +152,7 @@ fn colour_layer(names: &[String], unnamed: bool) -> Option<([usize; 3], String)>
 fn choose(panorama: &mut PanoramaReader, headers: &[Header]) -> Result<LayerChoice> {
     let flat = |header: &Header| {
         !header.deep
-            && header
-                .channels
-                .list
-                .iter()
-                .all(|c| (c.sampling.x(), c.sampling.y()) == (1, 1))
+            && header.channels.list.iter().all(|c| (c.sampling.x(), c.sampling.y()) == (1, 1))
     };
     let parts: Vec<(usize, Vec<String>)> = headers
         .iter()
@@ -196,28 +173,18 @@ fn choose(panorama: &mut PanoramaReader, headers: &[Header]) -> Result<LayerChoi
     for unnamed in [true, false] {
         for (header, names) in &parts {
             if let Some((channels, layer)) = colour_layer(names, unnamed) {
-                let others = names
-                    .iter()
-                    .filter(|n| n.ends_with('r') || n.ends_with("red"))
-                    .count();
+                let others =
+                    names.iter().filter(|n| n.ends_with('r') || n.ends_with("red")).count();
                 if headers.len() > 1 || others > 1 && !unnamed {
                     let part = headers[*header].own_attributes.layer_name.as_ref();
-                    let name = if layer.is_empty() {
-                        part.map(ToString::to_string)
-                    } else {
-                        Some(layer)
-                    };
+                    let name =
+                        if layer.is_empty() { part.map(ToString::to_string) } else { Some(layer) };
                     panorama.notes.push(format!(
                         "The file has several layers; {} was read.",
-                        name.map_or("the first with colours".into(), |name| format!(
-                            "\"{name}\""
-                        ))
+                        name.map_or("the first with colours".into(), |name| format!("\"{name}\""))
                     ));
                 }
-                return Ok(LayerChoice {
-                    header: *header,
-                    channels,
-                });
+                return Ok(LayerChoice { header: *header, channels });
             }
         }
     }
@@ -227,13 +194,8 @@ fn choose(panorama: &mut PanoramaReader, headers: &[Header]) -> Result<LayerChoi
             .position(|n| ["y", "l", "luminance"].contains(&n.rsplit('.').next().unwrap_or(n)))
             .or_else(|| (names.len() == 1).then_some(0));
         if let Some(channel) = grey {
-            panorama
-                .notes
-                .push("The file has no colour channels, so it was read as grey.".into());
-            return Ok(LayerChoice {
-                header: *header,
-                channels: [channel; 3],
-            });
+            panorama.notes.push("The file has no colour channels, so it was read as grey.".into());
+            return Ok(LayerChoice { header: *header, channels: [channel; 3] });
         }
     }
     let found: Vec<String> = headers

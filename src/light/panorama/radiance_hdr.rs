@@ -10,18 +10,9 @@ use std::io::{BufRead, Read};
 
 pub(super) fn read(panorama: &mut PanoramaReader, mut file: impl BufRead) -> Result<Canvas> {
     let header = Header::read(panorama, &mut file)?;
-    let Layout {
-        columns,
-        flip_x,
-        flip_y,
-        size: (width, height),
-    } = header.layout;
+    let Layout { columns, flip_x, flip_y, size: (width, height) } = header.layout;
     let (mut canvas, top) = panorama.canvas((width, height))?;
-    let (lines, length) = if columns {
-        (width, height)
-    } else {
-        (height, width)
-    };
+    let (lines, length) = if columns { (width, height) } else { (height, width) };
     let mut codes = vec![[0u8; 4]; length];
     let mut line = vec![[0.0f32; 3]; length];
     for i in 0..lines {
@@ -72,12 +63,7 @@ impl Layout {
             ("-X" | "+X", "-Y" | "+Y") => (true, first, second, (a, b)),
             _ => return None,
         };
-        Some(Self {
-            columns,
-            flip_x: x == "-X",
-            flip_y: y == "+Y",
-            size,
-        })
+        Some(Self { columns, flip_x: x == "-X", flip_y: y == "+Y", size })
     }
 }
 
@@ -100,10 +86,8 @@ impl Header {
             let Some((key, value)) = line.split_once('=') else {
                 continue;
             };
-            let numbers: Vec<f64> = value
-                .split_ascii_whitespace()
-                .filter_map(|word| word.parse().ok())
-                .collect();
+            let numbers: Vec<f64> =
+                value.split_ascii_whitespace().filter_map(|word| word.parse().ok()).collect();
             let usable = numbers.iter().all(|v| v.is_finite() && *v > 0.0);
             match (key.trim(), &numbers[..]) {
                 ("FORMAT", _) => match value.trim() {
@@ -138,11 +122,7 @@ impl Header {
             )
         })?;
         let gain = gain.map(|v| v as f32);
-        let gain = if gain.iter().all(|v| v.is_normal()) {
-            gain
-        } else {
-            [1.0; 3]
-        };
+        let gain = if gain.iter().all(|v| v.is_normal()) { gain } else { [1.0; 3] };
         Ok(Self { layout, xyz, gain })
     }
 
@@ -166,10 +146,7 @@ impl Header {
 fn header_line(panorama: &PanoramaReader, file: &mut impl BufRead) -> Result<String> {
     const LONGEST: u64 = 1 << 16;
     let mut line = Vec::new();
-    let count = file
-        .take(LONGEST)
-        .read_until(b'\n', &mut line)
-        .map_err(|e| panorama.broken(e))?;
+    let count = file.take(LONGEST).read_until(b'\n', &mut line).map_err(|e| panorama.broken(e))?;
     if count == 0 || line.pop() != Some(b'\n') {
         return Err(panorama.broken("the file ends inside its header"));
     }
@@ -198,10 +175,7 @@ fn read_line(file: &mut impl BufRead, line: &mut [[u8; 4]]) -> std::result::Resu
                     count => (count - 128, 1),
                 };
                 if x + count > length {
-                    return Err(format!(
-                        "a run of {count} pixels where {} are left",
-                        length - x
-                    ));
+                    return Err(format!("a run of {count} pixels where {} are left", length - x));
                 }
                 file.read_exact(&mut run[..bytes]).map_err(ends)?;
                 for (i, pixel) in line[x..x + count].iter_mut().enumerate() {
@@ -216,14 +190,9 @@ fn read_line(file: &mut impl BufRead, line: &mut [[u8; 4]]) -> std::result::Resu
     loop {
         if pixel[..3] == [1, 1, 1] && x > 0 {
             // (1, 1, 1, n) repeats the pixel before it; several in a row are the bytes of one count.
-            let count = usize::from(pixel[3])
-                .checked_shl(shift)
-                .unwrap_or(usize::MAX);
+            let count = usize::from(pixel[3]).checked_shl(shift).unwrap_or(usize::MAX);
             if shift > 24 || count > length - x {
-                return Err(format!(
-                    "a run of {count} pixels where {} are left",
-                    length - x
-                ));
+                return Err(format!("a run of {count} pixels where {} are left", length - x));
             }
             let repeated = line[x - 1];
             line[x..x + count].fill(repeated);

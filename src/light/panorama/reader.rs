@@ -21,10 +21,7 @@ impl Default for ReadSettings {
     /// 4096 columns, 100 MB of light: 0.09° a texel, sharper than any lamp's shadow, and enough for a background
     /// out of focus.
     fn default() -> Self {
-        Self {
-            width: 4096,
-            mapping: None,
-        }
+        Self { width: 4096, mapping: None }
     }
 }
 
@@ -52,12 +49,7 @@ pub(super) struct PanoramaReader<'a> {
 
 impl<'a> PanoramaReader<'a> {
     pub fn new(path: &'a Path, settings: &'a ReadSettings) -> Self {
-        Self {
-            path,
-            settings,
-            notes: Vec::new(),
-            size: (0, 0),
-        }
+        Self { path, settings, notes: Vec::new(), size: (0, 0) }
     }
 
     /// The error of a damaged file.
@@ -161,10 +153,6 @@ impl<'a> PanoramaReader<'a> {
                 environment.repaired_texels
             ));
         }
-        Ok(Panorama {
-            environment,
-            file_size: self.size,
-            notes: self.notes,
-        })
+        Ok(Panorama { environment, file_size: self.size, notes: self.notes })
     }
 }

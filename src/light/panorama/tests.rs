@@ -50,10 +50,7 @@ fn write_exr(
             AnyChannel::new(name, FlatSamples::F32(values))
         })
         .collect();
-    let attributes = LayerAttributes {
-        layer_position: Vec2(at.0, at.1),
-        ..Default::default()
-    };
+    let attributes = LayerAttributes { layer_position: Vec2(at.0, at.1), ..Default::default() };
     let layer = Layer::new(
         image.size(),
         attributes,
@@ -77,32 +74,15 @@ fn wide_panoramas_are_averaged_by_solid_angle() {
     let path = folder.0.path().join("wide.exr");
     let mut image = picture(100, 50);
     image.pixels[731] = [1e6; 3];
-    write_exr(
-        &path,
-        &image,
-        &[("R", 0), ("G", 1), ("B", 2)],
-        (0, 0),
-        (100, 50),
-    );
+    write_exr(&path, &image, &[("R", 0), ("G", 1), ("B", 2)], (0, 0), (100, 50));
     for width in [2, 7, 30, 50, 64, 99, 100, 200] {
-        let read = read(
-            &path,
-            &ReadSettings {
-                width,
-                mapping: None,
-            },
-        )
-        .unwrap();
+        let read = read(&path, &ReadSettings { width, mapping: None }).unwrap();
         assert_eq!(read.file_size, (100, 50));
         let whole = Environment::from_radiance("", image.clone());
         same_energy(&read.environment, &whole);
         if width == 50 {
-            for (a, b) in read
-                .environment
-                .radiance
-                .pixels
-                .iter()
-                .zip(whole.reduced(50).radiance.pixels)
+            for (a, b) in
+                read.environment.radiance.pixels.iter().zip(whole.reduced(50).radiance.pixels)
             {
                 assert!((a[0] - b[0]).abs() <= 1e-5 * b[0], "{a:?} for {b:?}");
             }
@@ -119,23 +99,10 @@ fn texels_that_are_not_light_are_repaired_at_any_size() {
     image.pixels[700] = [f32::INFINITY, 1.0, 1.0];
     image.pixels[900] = [-5.0; 3];
     image.pixels[901] = [7.0; 3];
-    write_exr(
-        &path,
-        &image,
-        &[("R", 0), ("G", 1), ("B", 2)],
-        (0, 0),
-        (64, 32),
-    );
+    write_exr(&path, &image, &[("R", 0), ("G", 1), ("B", 2)], (0, 0), (64, 32));
     let mended = Environment::from_radiance("", image);
     for width in [64, 32, 20] {
-        let read = read(
-            &path,
-            &ReadSettings {
-                width,
-                mapping: None,
-            },
-        )
-        .unwrap();
+        let read = read(&path, &ReadSettings { width, mapping: None }).unwrap();
         assert_eq!(read.environment.repaired_texels, 3);
         assert!(read.notes[0].starts_with("3 pixels"), "{:?}", read.notes);
         same_energy(&read.environment, &mended);
@@ -151,15 +118,8 @@ fn encoded_pictures_are_light_with_a_warning() {
     let read = read_all(&path);
     let [r, g, b] = read.environment.radiance.at(7, 3);
     // 7/15 and 1/2 of white, decoded.
-    assert!(
-        (r - 0.1845).abs() < 2e-3 && (g - 0.2159).abs() < 2e-3 && b == 0.0,
-        "{r} {g} {b}"
-    );
-    assert!(
-        read.notes[0].contains("6.2 % of its pixels are clipped"),
-        "{:?}",
-        read.notes
-    );
+    assert!((r - 0.1845).abs() < 2e-3 && (g - 0.2159).abs() < 2e-3 && b == 0.0, "{r} {g} {b}");
+    assert!(read.notes[0].contains("6.2 % of its pixels are clipped"), "{:?}", read.notes);
 
     let deep = image::ImageBuffer::<image::Rgb<u16>, _>::from_fn(16, 8, |x, _| {
         image::Rgb([x as u16, 32768, 65535])
@@ -176,9 +136,7 @@ fn encoded_pictures_are_light_with_a_warning() {
     assert!(read.notes[0].starts_with("16 bits"), "{:?}", read.notes);
 
     let path = folder.0.path().join("sky.jpg");
-    image::RgbImage::from_pixel(32, 16, image::Rgb([128; 3]))
-        .save(&path)
-        .unwrap();
+    image::RgbImage::from_pixel(32, 16, image::Rgb([128; 3])).save(&path).unwrap();
     assert!((read_all(&path).environment.radiance.at(3, 3)[1] - 0.2159).abs() < 0.01);
 }
 
@@ -189,9 +147,7 @@ fn other_shapes_are_guessed_with_a_word_or_refused() {
     let rgb = [("R", 0), ("G", 1), ("B", 2)];
     let write = |w, h| write_exr(&path, &picture(w, h), &rgb, (0, 0), (w, h));
     write(64, 64);
-    let error = super::read(&path, &ReadSettings::default())
-        .unwrap_err()
-        .to_string();
+    let error = super::read(&path, &ReadSettings::default()).unwrap_err().to_string();
     assert!(error.contains("mirror ball"), "{error}");
     write(60, 40);
     assert!(read_all(&path).notes[0].contains("stretched"));
@@ -202,23 +158,13 @@ fn other_shapes_are_guessed_with_a_word_or_refused() {
     // A strip about the horizon.
     for width in [64, 24, 10] {
         write(64, 12);
-        let read = read(
-            &path,
-            &ReadSettings {
-                width,
-                mapping: None,
-            },
-        )
-        .unwrap();
+        let read = read(&path, &ReadSettings { width, mapping: None }).unwrap();
         assert!(read.notes[0].contains("68° in height"), "{:?}", read.notes);
         let image = &read.environment.radiance;
         assert_eq!(image.size(), (width, width / 2));
         assert_eq!(image.pixels[0], image.pixels[width - 1]);
-        let (low, high) = image
-            .pixels
-            .iter()
-            .flatten()
-            .fold((9f32, 0f32), |(a, b), v| (a.min(*v), b.max(*v)));
+        let (low, high) =
+            image.pixels.iter().flatten().fold((9f32, 0f32), |(a, b), v| (a.min(*v), b.max(*v)));
         assert!(low >= 0.24 && high <= 3.3, "{low} to {high}");
     }
 }
@@ -241,41 +187,24 @@ fn a_light_probe_is_unwrapped_when_asked() {
             shown.map_or([9.0; 3], |d| sky(d.as_vec3()))
         });
         write_exr(&path, &image, &[("R", 0), ("G", 1), ("B", 2)], (0, 0), size);
-        let read = read(
-            &path,
-            &ReadSettings {
-                width: 4096,
-                mapping: Some(mapping),
-            },
-        )
-        .unwrap();
+        let read = read(&path, &ReadSettings { width: 4096, mapping: Some(mapping) }).unwrap();
         let (w, h) = read.environment.radiance.size();
         let (mut error, mut sphere) = (0.0, 0.0);
         for y in 0..h {
             for x in 0..w {
-                let (is, wanted) = (
-                    read.environment.radiance.at(x, y),
-                    sky(texel_direction(x, y, w, h)),
-                );
+                let (is, wanted) =
+                    (read.environment.radiance.at(x, y), sky(texel_direction(x, y, w, h)));
                 error += texel_solid_angle(y, w, h)
                     * f64::from((is[0] - wanted[0]).powi(2) + (is[2] - wanted[2]).powi(2));
                 sphere += texel_solid_angle(y, w, h);
             }
         }
-        assert!(
-            (error / sphere).sqrt() < 0.02,
-            "{mapping:?}: {}",
-            (error / sphere).sqrt()
-        );
+        assert!((error / sphere).sqrt() < 0.02, "{mapping:?}: {}", (error / sphere).sqrt());
     }
 }
 #[test]
 fn what_the_image_crate_reads_is_read_alike() {
-    for name in [
-        "probulator_pisa.hdr",
-        "polyhaven_street_lamp_1k.hdr",
-        "grace_cathedral.exr",
-    ] {
+    for name in ["probulator_pisa.hdr", "polyhaven_street_lamp_1k.hdr", "grace_cathedral.exr"] {
         let Some(path) = test_support::shared(format!("data/hdri/{name}")) else {
             return;
         };
@@ -285,18 +214,9 @@ fn what_the_image_crate_reads_is_read_alike() {
         let repaired = Environment::from_radiance("", reference).radiance;
         // A file may say that its values have been multiplied by an exposure.
         let gain = read.environment.radiance.pixels[0][0] / repaired.pixels[0][0];
-        for (a, b) in read
-            .environment
-            .radiance
-            .pixels
-            .iter()
-            .zip(&repaired.pixels)
-        {
+        for (a, b) in read.environment.radiance.pixels.iter().zip(&repaired.pixels) {
             for (a, b) in a.iter().zip(b) {
-                assert!(
-                    (a - gain * b).abs() <= 2e-6 * a.abs(),
-                    "{name}: {a} for {b} times {gain}"
-                );
+                assert!((a - gain * b).abs() <= 2e-6 * a.abs(), "{name}: {a} for {b} times {gain}");
             }
         }
     }

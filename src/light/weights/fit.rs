@@ -81,11 +81,7 @@ pub(super) struct Reach {
 impl Reach {
     pub fn new() -> Self {
         let (kernel, end) = HeatKernel::new(time_of(BLUR_DEG.to_radians())).ended(1e-3);
-        Self {
-            points: points(),
-            kernel,
-            end,
-        }
+        Self { points: points(), kernel, end }
     }
 
     pub fn of(&self, direction: DVec3) -> Vec<(u16, f32)> {
@@ -125,9 +121,7 @@ impl Fit {
             });
             let near: Vec<(u16, f64)> = near.collect();
             let sum: f64 = near.iter().map(|(_, share)| share).sum();
-            near.into_iter()
-                .map(|(i, share)| (i, share / sum))
-                .collect()
+            near.into_iter().map(|(i, share)| (i, share / sum)).collect()
         });
         let blur: Vec<_> = blur.collect();
         // What the lamps look like at the points goes through the same sums as the environment.
@@ -135,9 +129,8 @@ impl Fit {
         let mut spreads = times.clone();
         spreads.sort_by(f64::total_cmp);
         spreads.dedup();
-        let kernels: Vec<HeatKernel> = (spreads.par_iter())
-            .map(|t| HeatKernel::new(t + blurred))
-            .collect();
+        let kernels: Vec<HeatKernel> =
+            (spreads.par_iter()).map(|t| HeatKernel::new(t + blurred)).collect();
         let kernels: Vec<&HeatKernel> = (times.iter())
             .map(|t| &kernels[spreads.partition_point(|spread| spread < t)])
             .collect();
@@ -145,9 +138,7 @@ impl Fit {
             .par_iter()
             .map(|point| {
                 let pairs = directions.iter().zip(&kernels);
-                pairs
-                    .map(|(lamp, kernel)| kernel.at(lamp.dot(*point)))
-                    .collect()
+                pairs.map(|(lamp, kernel)| kernel.at(lamp.dot(*point))).collect()
             })
             .collect();
         let summed = |shares: &mut dyn Iterator<Item = (usize, f64)>| -> Vec<f64> {
@@ -161,10 +152,7 @@ impl Fit {
         let footprints = blur.par_iter().map(|shares| {
             let row = summed(&mut shares.iter().map(|&(i, share)| (usize::from(i), share)));
             let most = row.iter().copied().fold(0.0, f64::max);
-            let lit = row
-                .into_iter()
-                .enumerate()
-                .filter(|(_, v)| *v > 1e-4 * most);
+            let lit = row.into_iter().enumerate().filter(|(_, v)| *v > 1e-4 * most);
             lit.map(|(i, v)| (i as u16, v)).collect()
         });
         let footprints = footprints.collect();
@@ -185,12 +173,7 @@ impl Fit {
         } else {
             vec![]
         };
-        Self {
-            lamps: nodes.lamps.clone(),
-            blur,
-            footprints,
-            pictures,
-        }
+        Self { lamps: nodes.lamps.clone(), blur, footprints, pictures }
     }
 
     /// For each direction with lamps, which lamps.
@@ -212,9 +195,7 @@ impl Fit {
                 self.shares(&light).iter().map(|x| x * total[c]).collect()
             })
             .collect();
-        (0..self.lamps.len())
-            .map(|i| [0, 1, 2].map(|c| channels[c][i]))
-            .collect()
+        (0..self.lamps.len()).map(|i| [0, 1, 2].map(|c| channels[c][i])).collect()
     }
 
     /// Each lamp's share of the energy.
@@ -244,18 +225,9 @@ impl Fit {
     /// Step 1: the environment as footprints.
     fn start(&self, light: &[f64]) -> Normal {
         let blurred: Vec<f64> = (self.blur.iter())
-            .map(|shares| {
-                shares
-                    .iter()
-                    .map(|&(i, share)| share * light[usize::from(i)])
-                    .sum()
-            })
+            .map(|shares| shares.iter().map(|&(i, share)| share * light[usize::from(i)]).sum())
             .collect();
-        let most = blurred
-            .iter()
-            .copied()
-            .fold(0.0, f64::max)
-            .max(f64::MIN_POSITIVE);
+        let most = blurred.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
         let weight = |radiance: f64| 1.0 / (radiance + 1e-4 * most).sqrt();
         let whole: f64 = blurred.iter().map(|v| weight(*v) * v * v).sum();
         let mut problem = Normal::new(self.lamps.len());
@@ -274,9 +246,7 @@ impl Fit {
         for (sitter, picture) in &self.pictures {
             let truth: Vec<f64> = (sitter.pixels.iter())
                 .map(|pixel| {
-                    let seen = pixel
-                        .iter()
-                        .map(|&(i, v)| f64::from(v) * light[usize::from(i)]);
+                    let seen = pixel.iter().map(|&(i, v)| f64::from(v) * light[usize::from(i)]);
                     solid_angle() * seen.sum::<f64>()
                 })
                 .collect();
@@ -306,11 +276,7 @@ impl Fit {
             // Errors of less than a three-thousandth of white are none.
             let scale = 1.0 / (error + 1e-7 * truth.len() as f64);
             weights.iter_mut().for_each(|w| *w *= scale);
-            whole += weights
-                .iter()
-                .zip(&truth)
-                .map(|(w, v)| w * v * v)
-                .sum::<f64>();
+            whole += weights.iter().zip(&truth).map(|(w, v)| w * v * v).sum::<f64>();
             parts.push((truth, weights, picture));
         }
         let mut problem = Normal::new(n);
@@ -333,11 +299,7 @@ fn solid_angle() -> f64 {
 fn time(rig: &Rig, lamps: &[usize]) -> f64 {
     let square = |&lamp: &usize| {
         let spread = f64::from(rig.lamps[lamp].spread_deg).to_radians();
-        if spread.is_finite() {
-            spread * spread
-        } else {
-            0.0
-        }
+        if spread.is_finite() { spread * spread } else { 0.0 }
     };
     let mean = lamps.iter().map(square).sum::<f64>() / lamps.len().max(1) as f64;
     (mean / 4.0).min(0.25)
@@ -349,11 +311,6 @@ fn percentile_95(values: &[f64]) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let place = 0.95 * (values.len().max(1) - 1) as f64;
     let below = place as usize;
-    let at = |i: usize| {
-        values
-            .get(i.min(values.len().saturating_sub(1)))
-            .copied()
-            .unwrap_or(0.0)
-    };
+    let at = |i: usize| values.get(i.min(values.len().saturating_sub(1))).copied().unwrap_or(0.0);
     at(below) + place.fract() * (at(below + 1) - at(below))
 }

@@ -16,11 +16,7 @@ impl HeatKernel {
     /// The kernel at time `t`, per steradian.
     pub fn new(t: f64) -> Self {
         let angle = |i| PI * i as f64 / STEPS as f64;
-        Self(
-            (0..=STEPS)
-                .map(|i| heat_kernel(angle(i).cos(), t).max(0.0))
-                .collect(),
-        )
+        Self((0..=STEPS).map(|i| heat_kernel(angle(i).cos(), t).max(0.0)).collect())
     }
 
     /// Its value where the angle has this cosine.
@@ -83,10 +79,7 @@ mod tests {
             }
             assert!((sum - 1.0).abs() < 1e-6, "{spread_deg}°: {sum}");
             let spread = square.sqrt().to_degrees();
-            assert!(
-                (spread / spread_deg - 1.0).abs() < 0.02,
-                "{spread_deg}° became {spread}°"
-            );
+            assert!((spread / spread_deg - 1.0).abs() < 0.02, "{spread_deg}° became {spread}°");
         }
     }
 

@@ -31,24 +31,17 @@ impl Hull {
         let inside = first.iter().map(|&i| points[i]).sum::<DVec3>() / 4.0;
         let normal = |[a, b, c]: [usize; 3]| (points[b] - points[a]).cross(points[c] - points[a]);
         let outward = |[a, b, c]: [usize; 3]| {
-            if normal([a, b, c]).dot(points[a] - inside) > 0.0 {
-                [a, b, c]
-            } else {
-                [a, c, b]
-            }
+            if normal([a, b, c]).dot(points[a] - inside) > 0.0 { [a, b, c] } else { [a, c, b] }
         };
         let [a, b, c, d] = first;
-        let mut facets: Vec<[usize; 3]> = [[a, b, c], [a, b, d], [a, c, d], [b, c, d]]
-            .map(outward)
-            .to_vec();
+        let mut facets: Vec<[usize; 3]> =
+            [[a, b, c], [a, b, d], [a, c, d], [b, c, d]].map(outward).to_vec();
         for p in (0..points.len()).filter(|p| !first.contains(p)) {
             let (seen, hidden): (Vec<_>, Vec<_>) = facets
                 .iter()
                 .partition(|&&facet| normal(facet).dot(points[p] - points[facet[0]]) > 0.0);
-            let edges: Vec<[usize; 2]> = seen
-                .iter()
-                .flat_map(|&[a, b, c]: &[usize; 3]| [[a, b], [b, c], [c, a]])
-                .collect();
+            let edges: Vec<[usize; 2]> =
+                seen.iter().flat_map(|&[a, b, c]: &[usize; 3]| [[a, b], [b, c], [c, a]]).collect();
             // Neighbours run along their common edge in opposite senses; an edge of the horizon belongs to one of
             // them only.
             let horizon = edges.iter().filter(|[a, b]| !edges.contains(&[*b, *a]));
@@ -59,10 +52,7 @@ impl Hull {
             .into_iter()
             .map(|corners| {
                 let [a, b, c] = corners.map(|i| points[i]);
-                Facet {
-                    corners,
-                    coordinates: DMat3::from_cols(a, b, c).inverse(),
-                }
+                Facet { corners, coordinates: DMat3::from_cols(a, b, c).inverse() }
             })
             .collect();
         Self { facets }
@@ -118,15 +108,9 @@ mod tests {
     fn lattice(n: usize) -> Vec<DVec3> {
         (0..n)
             .map(|i| {
-                let (y, turn) = (
-                    1.0 - (2.0 * i as f64 + 1.0) / n as f64,
-                    i as f64 * 2.399_963_229_728_653,
-                );
-                DVec3::new(
-                    (1.0 - y * y).sqrt() * turn.cos(),
-                    y,
-                    (1.0 - y * y).sqrt() * turn.sin(),
-                )
+                let (y, turn) =
+                    (1.0 - (2.0 * i as f64 + 1.0) / n as f64, i as f64 * 2.399_963_229_728_653);
+                DVec3::new((1.0 - y * y).sqrt() * turn.cos(), y, (1.0 - y * y).sqrt() * turn.sin())
             })
             .collect()
     }
@@ -155,12 +139,8 @@ mod tests {
                     shares.iter().all(|s| *s >= 0.0)
                         && (shares.iter().sum::<f64>() - 1.0).abs() < 1e-12
                 );
-                let mean: DVec3 = facet
-                    .corners
-                    .iter()
-                    .zip(shares)
-                    .map(|(&i, s)| points[i] * s)
-                    .sum();
+                let mean: DVec3 =
+                    facet.corners.iter().zip(shares).map(|(&i, s)| points[i] * s).sum();
                 assert!(mean.normalize().distance(direction) < 1e-5);
             }
         }
@@ -172,11 +152,8 @@ mod tests {
         let hull = Hull::of(&points);
         for (i, point) in points.iter().enumerate() {
             let (facet, shares) = hull.locate(*point);
-            let own = facet
-                .corners
-                .iter()
-                .position(|&c| c == i)
-                .expect("the facet touches the point");
+            let own =
+                facet.corners.iter().position(|&c| c == i).expect("the facet touches the point");
             assert!(shares[own] > 0.9999);
         }
     }

@@ -12,12 +12,7 @@ pub(super) struct Normal {
 
 impl Normal {
     pub fn new(n: usize) -> Self {
-        Self {
-            n,
-            gram: vec![0.0; n * n],
-            right: vec![0.0; n],
-            sum: 0.0,
-        }
+        Self { n, gram: vec![0.0; n * n], right: vec![0.0; n], sum: 0.0 }
     }
 
     /// Adds an equation row · x = value, whose square counts `weight` times.

@@ -18,23 +18,11 @@ impl Nodes {
     const SAME_DEG: f64 = 0.5;
 
     pub fn of(rig: &Rig) -> Self {
-        let mut nodes = Self {
-            directions: vec![],
-            lamps: vec![],
-        };
+        let mut nodes = Self { directions: vec![], lamps: vec![] };
         let same = Self::SAME_DEG.to_radians().cos();
-        for (i, lamp) in rig
-            .lamps
-            .iter()
-            .enumerate()
-            .filter(|(_, lamp)| lamp.is_usable())
-        {
+        for (i, lamp) in rig.lamps.iter().enumerate().filter(|(_, lamp)| lamp.is_usable()) {
             let direction = lamp.direction.as_dvec3().normalize();
-            match nodes
-                .directions
-                .iter()
-                .position(|d| d.dot(direction) > same)
-            {
+            match nodes.directions.iter().position(|d| d.dot(direction) > same) {
                 Some(node) => nodes.lamps[node].push(i),
                 None => {
                     nodes.directions.push(direction);
@@ -57,9 +45,7 @@ impl Nodes {
     pub fn spacing(&self) -> f64 {
         let nearest = |lamp: &DVec3| {
             let others = self.real().filter(|other| *other != lamp);
-            others
-                .map(|other| lamp.angle_between(*other))
-                .fold(PI / 2.0, f64::min)
+            others.map(|other| lamp.angle_between(*other)).fold(PI / 2.0, f64::min)
         };
         let mut spacings: Vec<f64> = self.real().map(nearest).collect();
         spacings.sort_by(f64::total_cmp);
@@ -72,9 +58,8 @@ impl Nodes {
     fn fill_gaps(&mut self) {
         let even = (1.0 - 2.0 / self.lamps.len() as f64).acos();
         let limit = (2.0 * even).min(75.0 * PI / 180.0).cos();
-        let candidates: Vec<DVec3> = (0..96 * 48)
-            .map(|i| texel_direction(i % 96, i / 96, 96, 48).as_dvec3())
-            .collect();
+        let candidates: Vec<DVec3> =
+            (0..96 * 48).map(|i| texel_direction(i % 96, i / 96, 96, 48).as_dvec3()).collect();
         // The cosine of the angle to the nearest node, for each candidate.
         let mut nearest = vec![-1.0f64; candidates.len()];
         let mut known = 0;
@@ -117,9 +102,7 @@ impl Nodes {
             for node in real..all {
                 let mut mean = vec![0.0; real];
                 for &neighbour in &neighbours[node] {
-                    mean.iter_mut()
-                        .zip(&shares[neighbour])
-                        .for_each(|(sum, share)| *sum += share);
+                    mean.iter_mut().zip(&shares[neighbour]).for_each(|(sum, share)| *sum += share);
                 }
                 let count = neighbours[node].len().max(1) as f64;
                 for (share, sum) in shares[node].iter_mut().zip(mean) {
@@ -135,16 +118,10 @@ impl Nodes {
             .iter()
             .map(|shares| {
                 let sum: f64 = shares.iter().sum();
-                let given = self
-                    .lamps
-                    .iter()
-                    .zip(shares)
-                    .filter(|(_, share)| **share > 0.0);
+                let given = self.lamps.iter().zip(shares).filter(|(_, share)| **share > 0.0);
                 given
                     .flat_map(|(lamps, share)| {
-                        lamps
-                            .iter()
-                            .map(move |&l| (l, share / sum / lamps.len() as f64))
+                        lamps.iter().map(move |&l| (l, share / sum / lamps.len() as f64))
                     })
                     .collect()
             })

@@ -30,16 +30,8 @@ struct Finish {
 
 /// Skin is between these two.
 const FINISHES: [Finish; 2] = [
-    Finish {
-        albedo: 0.5,
-        mirror: 0.0,
-        roughness: 1.0,
-    },
-    Finish {
-        albedo: 0.08,
-        mirror: 0.035,
-        roughness: 0.2,
-    },
+    Finish { albedo: 0.5, mirror: 0.0, roughness: 1.0 },
+    Finish { albedo: 0.08, mirror: 0.035, roughness: 0.2 },
 ];
 
 /// A point that the camera sees, and which directions it sees.
@@ -86,9 +78,7 @@ fn sitter(places: &[Place], finish: Finish, directions: &[DVec3]) -> Sitter {
         });
         seen.filter(|(_, radiance)| *radiance > 0.0).collect()
     });
-    Sitter {
-        pixels: pixels.collect(),
-    }
+    Sitter { pixels: pixels.collect() }
 }
 
 impl Finish {
@@ -120,10 +110,8 @@ fn creased_ball() -> Vec<Place> {
     const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
     (0..POINTS)
         .map(|i| {
-            let (radius, turn) = (
-                ((i as f64 + 0.5) / POINTS as f64).sqrt(),
-                2.399_963_229_728_653 * i as f64,
-            );
+            let (radius, turn) =
+                (((i as f64 + 0.5) / POINTS as f64).sqrt(), 2.399_963_229_728_653 * i as f64);
             let normal = DVec3::new(
                 radius * turn.cos(),
                 radius * turn.sin(),
@@ -174,10 +162,8 @@ struct Ellipsoid {
 impl Ellipsoid {
     /// Along `origin + t · direction`: t where the ray enters, if it meets the ellipsoid.
     fn entry(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
-        let (o, d) = (
-            self.ball_from_world * (origin - self.centre),
-            self.ball_from_world * direction,
-        );
+        let (o, d) =
+            (self.ball_from_world * (origin - self.centre), self.ball_from_world * direction);
         let (a, b, c) = (d.length_squared(), o.dot(d), o.length_squared() - 1.0);
         let inside = b * b - a * c;
         (inside > 0.0).then(|| (-b - inside.sqrt()) / a)
@@ -203,15 +189,13 @@ fn bust() -> Vec<Place> {
             ball_from_world: DMat3::from_diagonal(DVec3::from(axes).recip()) * turn.transpose(),
         };
         let head = HEAD.iter().map(|p| part(p, turn));
-        let parts: Vec<Ellipsoid> = head
-            .chain(TRUNK.iter().map(|p| part(p, DMat3::IDENTITY)))
-            .collect();
+        let parts: Vec<Ellipsoid> =
+            head.chain(TRUNK.iter().map(|p| part(p, DMat3::IDENTITY))).collect();
         for i in 0..ACROSS * ACROSS {
             let along = |i: usize| ((i as f64 + 0.5) / ACROSS as f64 - 0.5) * FRAME_M;
             let origin = DVec3::new(along(i % ACROSS), MIDDLE_M - along(i / ACROSS), 1.0);
-            let hits = parts
-                .iter()
-                .filter_map(|part| Some((part.entry(origin, DVec3::NEG_Z)?, part)));
+            let hits =
+                parts.iter().filter_map(|part| Some((part.entry(origin, DVec3::NEG_Z)?, part)));
             let Some((depth, part)) = hits.min_by(|a, b| a.0.total_cmp(&b.0)) else {
                 continue;
             };
@@ -223,9 +207,8 @@ fn bust() -> Vec<Place> {
                 normal,
                 // A ray that starts within another part, where two join, goes out of it freely.
                 open: Box::new(move |light| {
-                    let hidden = parts
-                        .iter()
-                        .any(|part| part.entry(start, light).is_some_and(|t| t > 0.0));
+                    let hidden =
+                        parts.iter().any(|part| part.entry(start, light).is_some_and(|t| t > 0.0));
                     f64::from(u8::from(!hidden))
                 }),
             });

@@ -14,23 +14,14 @@ pub(crate) fn rig(directions: &[Vec3]) -> Rig {
         confidence: 1.0,
         clipped: 0.0,
     };
-    Rig {
-        lamps: directions.iter().enumerate().map(lamp).collect(),
-    }
+    Rig { lamps: directions.iter().enumerate().map(lamp).collect() }
 }
 
 pub(crate) fn lattice(n: usize) -> Vec<Vec3> {
     (0..n)
         .map(|i| {
-            let (y, turn) = (
-                1.0 - (2.0 * i as f32 + 1.0) / n as f32,
-                i as f32 * 2.399_963,
-            );
-            Vec3::new(
-                (1.0 - y * y).sqrt() * turn.cos(),
-                y,
-                (1.0 - y * y).sqrt() * turn.sin(),
-            )
+            let (y, turn) = (1.0 - (2.0 * i as f32 + 1.0) / n as f32, i as f32 * 2.399_963);
+            Vec3::new((1.0 - y * y).sqrt() * turn.cos(), y, (1.0 - y * y).sqrt() * turn.sin())
         })
         .collect()
 }
@@ -53,38 +44,21 @@ pub(crate) fn rigs() -> Vec<(&'static str, Rig)> {
         ("two lamps", rig(&[Vec3::X, Vec3::Y])),
         ("two opposite lamps", rig(&[Vec3::X, Vec3::NEG_X])),
         ("three lamps", rig(&[Vec3::X, Vec3::Y, Vec3::Z])),
-        (
-            "three lamps in a plane through the subject",
-            rig(&[Vec3::X, Vec3::NEG_X, Vec3::Z]),
-        ),
+        ("three lamps in a plane through the subject", rig(&[Vec3::X, Vec3::NEG_X, Vec3::Z])),
         ("five lamps in one direction", rig(&[Vec3::Z; 5])),
-        (
-            "a ring at the height of the subject",
-            rig(&ring(12, 0.0).collect::<Vec<_>>()),
-        ),
+        ("a ring at the height of the subject", rig(&ring(12, 0.0).collect::<Vec<_>>())),
         (
             "rings and a lamp on the pole",
-            rig(&ring(8, 0.0)
-                .chain(ring(6, 1.0))
-                .chain([Vec3::Y])
-                .collect::<Vec<_>>()),
+            rig(&ring(8, 0.0).chain(ring(6, 1.0)).chain([Vec3::Y]).collect::<Vec<_>>()),
         ),
         (
             "both poles and a ring",
-            rig(&ring(4, 0.0)
-                .chain([Vec3::Y, Vec3::NEG_Y])
-                .collect::<Vec<_>>()),
+            rig(&ring(4, 0.0).chain([Vec3::Y, Vec3::NEG_Y]).collect::<Vec<_>>()),
         ),
         ("the corners of a cube", rig(&cube.collect::<Vec<_>>())),
         ("the upper half", rig(&lattice(82)[..41])),
         ("a narrow cone", rig(&lattice(600)[..30])),
-        (
-            "pairs",
-            rig(&lattice(20)
-                .iter()
-                .flat_map(|d| [*d, *d + 0.001])
-                .collect::<Vec<_>>()),
-        ),
+        ("pairs", rig(&lattice(20).iter().flat_map(|d| [*d, *d + 0.001]).collect::<Vec<_>>())),
         ("41 lamps", rig(&lattice(41))),
         ("146 lamps", rig(&lattice(146))),
     ]
@@ -93,11 +67,7 @@ pub(crate) fn rigs() -> Vec<(&'static str, Rig)> {
 pub(crate) fn speckled(seed: usize) -> Environment {
     let image = Image::from_fn(64, 32, |x, y| {
         [0, 1, 2].map(|c| {
-            if (x * 31 + y * 17 + c * 7 + seed * 13) % 41 < 3 {
-                20.0 * (c + 1) as f32
-            } else {
-                0.1
-            }
+            if (x * 31 + y * 17 + c * 7 + seed * 13) % 41 < 3 { 20.0 * (c + 1) as f32 } else { 0.1 }
         })
     });
     Environment::from_radiance("speckled", image)
@@ -133,18 +103,10 @@ pub(crate) fn assert_sound(
     environment: &Environment,
 ) {
     assert!(
-        weights
-            .per_lamp
-            .iter()
-            .flatten()
-            .all(|w| w.is_finite() && *w >= 0.0),
+        weights.per_lamp.iter().flatten().all(|w| w.is_finite() && *w >= 0.0),
         "{name}: {weights:?}"
     );
-    assert!(
-        (0.0..=1.0).contains(&weights.uncovered),
-        "{name}: {}",
-        weights.uncovered
-    );
+    assert!((0.0..=1.0).contains(&weights.uncovered), "{name}: {}", weights.uncovered);
     for (kept, is) in energy(weights, rig).into_iter().zip(environment.energy()) {
         assert!((kept - is).abs() <= 1e-5 * is, "{name}: {is} became {kept}");
     }
@@ -166,12 +128,7 @@ fn energy_is_kept_by_every_rig() {
             (sun(63, 31, 64), -5.5),
         ] {
             for partition in &partitions {
-                assert_sound(
-                    name,
-                    &partition.weights(&environment, yaw),
-                    &rig,
-                    &environment,
-                );
+                assert_sound(name, &partition.weights(&environment, yaw), &rig, &environment);
             }
         }
     }
@@ -231,10 +188,7 @@ fn even_lamps_share_an_even_sky_evenly() {
         lamps: rig(&lattice(41))
             .lamps
             .into_iter()
-            .map(|lamp| Lamp {
-                energy: [0.1; 3],
-                ..lamp
-            })
+            .map(|lamp| Lamp { energy: [0.1; 3], ..lamp })
             .collect(),
     };
     let sky = Environment::from_radiance("sky", Image::filled(512, 256, [1.0; 3]));
@@ -272,9 +226,7 @@ fn a_sun_does_not_jump_as_it_turns_but_by_cells() {
         let given = |texel: usize| -> Vec<f64> {
             let weights = partition.weights(&day, texel as f32 * TEXEL_DEG).per_lamp;
             let lamps = weights.iter().zip(&rig.lamps);
-            lamps
-                .map(|(w, l)| f64::from(w[1]) * f64::from(l.energy[1]) / total)
-                .collect()
+            lamps.map(|(w, l)| f64::from(w[1]) * f64::from(l.energy[1]) / total).collect()
         };
         let mut before = given(0);
         let mut largest = 0.0f64;
@@ -298,14 +250,7 @@ fn a_sun_does_not_jump_as_it_turns_but_by_cells() {
 #[test]
 fn a_positive_yaw_moves_light_to_larger_u() {
     // The sun is in front of the camera behind the subject; a quarter turn takes it to camera-right.
-    let rig = rig(&[
-        Vec3::NEG_Z,
-        Vec3::X,
-        Vec3::Z,
-        Vec3::NEG_X,
-        Vec3::Y,
-        Vec3::NEG_Y,
-    ]);
+    let rig = rig(&[Vec3::NEG_Z, Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y]);
     let day = sun(128, 64, 256);
     for kind in kinds() {
         let weights = kind(&rig, 256).weights(&day, 90.0);
@@ -320,11 +265,7 @@ fn light_from_below_is_uncovered_by_lamps_above() {
     let rig = rig(&lattice(82)[..41]);
     let half = |lower: bool| {
         let image = Image::from_fn(128, 64, |_, y| {
-            if (y >= 36) == lower && (y < 28) != lower {
-                [1.0; 3]
-            } else {
-                [0.0; 3]
-            }
+            if (y >= 36) == lower && (y < 28) != lower { [1.0; 3] } else { [0.0; 3] }
         });
         Environment::from_radiance("half", image)
     };
@@ -352,10 +293,7 @@ fn lamps_in_one_direction_share_equally() {
         lamps: rig(&[Vec3::Z; 3])
             .lamps
             .into_iter()
-            .map(|lamp| Lamp {
-                energy: [0.5; 3],
-                ..lamp
-            })
+            .map(|lamp| Lamp { energy: [0.5; 3], ..lamp })
             .collect(),
     };
     let weights = default_weights(&speckled(4), &rig, 0.0).per_lamp;
@@ -389,13 +327,7 @@ fn no_light_and_no_lamps_give_zeros() {
         );
     }
     let nothing = default_weights(&speckled(1), &Rig::default(), 30.0);
-    assert_eq!(
-        nothing,
-        LightWeights {
-            per_lamp: vec![],
-            uncovered: 1.0
-        }
-    );
+    assert_eq!(nothing, LightWeights { per_lamp: vec![], uncovered: 1.0 });
     shown!(Light, "A black environment; a rig without lamps",
         danger: "shares of nothing are 0/0", done: "no light gives weights of zero; no lamps give no weights",
         bound: "exactly 0", measured: "0");
@@ -415,10 +347,7 @@ fn a_live_turn_reads_few_numbers() {
             let partition = kind(&rig, Partition::WIDTH);
             let shares = partition.shares.len() as f64 / texels as f64;
             println!("{n} lamps, {name}: {shares:.1} shares a texel");
-            assert!(
-                shares <= f64::from(most) && shares >= 1.0,
-                "{n} lamps, {name}: {shares}"
-            );
+            assert!(shares <= f64::from(most) && shares >= 1.0, "{n} lamps, {name}: {shares}");
         }
     }
 }

@@ -57,11 +57,7 @@ impl Partition {
             let (top, fy) = (y as usize, y.fract());
             for (row, share) in [(top, 1.0 - fy), ((top + 1).min(height - 1), fy)] {
                 let share = share * (1.0 - pole);
-                add(
-                    &mut energies[row * width + left],
-                    share * (1.0 - fx),
-                    &energy,
-                );
+                add(&mut energies[row * width + left], share * (1.0 - fx), &energy);
                 add(&mut energies[row * width + right], share * fx, &energy);
             }
         }

@@ -33,10 +33,7 @@ fn assert_same(
         for c in 0..3 {
             let (a, b) = (f64::from(table[c]), f64::from(direct[c]));
             let floor = 1e-12 * total[c] / f64::from(lamp.energy[c]);
-            assert!(
-                a >= 0.0 && (a - b).abs() <= 1e-5 * b + floor,
-                "{name}: {a} is not {b}"
-            );
+            assert!(a >= 0.0 && (a - b).abs() <= 1e-5 * b + floor, "{name}: {a} is not {b}");
         }
     }
     assert!((table.uncovered - direct.uncovered).abs() <= 1e-5, "{name}");
@@ -100,19 +97,7 @@ fn a_sun_alone_lights_no_lamp_on_the_other_side() {
 fn no_lamps_and_no_light_make_a_table_of_zeros() {
     let black = Environment::from_radiance("black", Image::filled(32, 16, [0.0; 3]));
     let table = YawTable::new(&Partition::smooth(&rig(&lattice(5)), 32), &black);
-    assert_eq!(
-        table.at(33.3),
-        LightWeights {
-            per_lamp: vec![[0.0; 3]; 5],
-            uncovered: 0.0
-        }
-    );
+    assert_eq!(table.at(33.3), LightWeights { per_lamp: vec![[0.0; 3]; 5], uncovered: 0.0 });
     let table = YawTable::new(&Partition::smooth(&Rig::default(), 32), &day(32, 1, &[]));
-    assert_eq!(
-        table.at(f32::NAN),
-        LightWeights {
-            per_lamp: vec![],
-            uncovered: 1.0
-        }
-    );
+    assert_eq!(table.at(f32::NAN), LightWeights { per_lamp: vec![], uncovered: 1.0 });
 }

@@ -31,22 +31,13 @@ fn exr_sequences_of_every_compression_are_read() {
     let file = |frame: usize| folder.path().join(format!("shot.{:04}.exr", 1001 + frame));
     for (frame, compression) in all.into_iter().enumerate() {
         let channels = SpecificChannels::rgb(picture_of(frame));
-        let encoding = Encoding {
-            compression,
-            ..Encoding::FAST_LOSSLESS
-        };
+        let encoding = Encoding { compression, ..Encoding::FAST_LOSSLESS };
         let layer = Layer::new(SIZE, LayerAttributes::named(""), encoding, channels);
-        Image::from_layer(layer)
-            .write()
-            .to_file(file(frame))
-            .unwrap();
+        Image::from_layer(layer).write().to_file(file(frame)).unwrap();
     }
     let tools = tools(folder.path());
     let sequence = Source::open(&folder.path().join("shot.####.exr"), &tools).unwrap();
-    assert_eq!(
-        (sequence.first(), sequence.count().unwrap(), sequence.size()),
-        (1001, 10, SIZE)
-    );
+    assert_eq!((sequence.first(), sequence.count().unwrap(), sequence.size()), (1001, 10, SIZE));
     for (frame, compression) in all.into_iter().enumerate() {
         let pixels = sequence.frame(1001 + frame as u64).unwrap();
         assert_eq!(number(&pixels), frame, "{compression:?}");
@@ -54,10 +45,7 @@ fn exr_sequences_of_every_compression_are_read() {
         let [red, _, blue] = pixels.encoded().0.at(BLOCK / 2, 16);
         let lit = frame & 1 == 1;
         let wanted = imaging::color::srgb_from_linear(if lit { 0.6 } else { 0.02 });
-        assert!(
-            (red - wanted).abs() < 0.01,
-            "{compression:?}: {red}, {wanted}"
-        );
+        assert!((red - wanted).abs() < 0.01, "{compression:?}: {red}, {wanted}");
         assert!(!lit || blue == 1.0, "{compression:?}: {blue}");
     }
     assert!(sequence.notes().iter().any(|note| note.contains("EXR")));
@@ -65,17 +53,11 @@ fn exr_sequences_of_every_compression_are_read() {
     let path = file(2);
     let mut bytes = std::fs::read(&path).unwrap();
     let name = b"compression\0compression\0";
-    let at = bytes
-        .windows(name.len())
-        .position(|part| part == name)
-        .unwrap();
+    let at = bytes.windows(name.len()).position(|part| part == name).unwrap();
     bytes[at + name.len() + 4] = 11;
     std::fs::write(&path, bytes).unwrap();
     let said = sequence.frame(1003).unwrap_err().for_terminal();
-    assert!(
-        said.contains("shot.1003.exr") && said.contains("oiiotool"),
-        "{said}"
-    );
+    assert!(said.contains("shot.1003.exr") && said.contains("oiiotool"), "{said}");
     shown!(
         Strangers,
         "An EXR sequence is compressed by DWAA, DWAB, PIZ, B44 or any other method of OpenEXR 2, or by a newer one",
@@ -112,9 +94,7 @@ fn a_hundred_thousand_stills_are_listed_and_only_those_asked_for_are_read() {
         }
     }
     std::fs::remove_file(still(77_777)).unwrap();
-    image::GrayImage::from_pixel(16, 16, image::Luma([255]))
-        .save(still(77_777))
-        .unwrap();
+    image::GrayImage::from_pixel(16, 16, image::Luma([255])).save(still(77_777)).unwrap();
     let size = still(0).metadata().unwrap().len();
     let before = (memory::held().unwrap_or(0), bytes_read());
     let all = Sequence::open(&shots, &tools(folder.path())).unwrap();
@@ -122,18 +102,11 @@ fn a_hundred_thousand_stills_are_listed_and_only_those_asked_for_are_read() {
     for sequence in [&all, &numbered] {
         assert_eq!((sequence.count(), sequence.gap()), (STILLS, None));
         let [dark, bright] = [77_776, 77_777].map(|i| sequence.frame(i).unwrap().codes[0]);
-        assert_eq!(
-            (dark, bright),
-            (0, 65535),
-            "frames are in the order of their numbers"
-        );
+        assert_eq!((dark, bright), (0, 65535), "frames are in the order of their numbers");
     }
     let read = bytes_read() - before.1;
     let more = memory::held().unwrap_or(0).saturating_sub(before.0);
-    assert!(
-        read < 60 * size + 20_000,
-        "{read} bytes for stills of {size}"
-    );
+    assert!(read < 60 * size + 20_000, "{read} bytes for stills of {size}");
     assert!(more < 64 << 20, "{more} bytes");
     shown!(
         Strangers,

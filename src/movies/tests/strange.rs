@@ -31,10 +31,7 @@ fn names_mean_nothing_but_files() {
     // A playlist that names a file elsewhere, and one that names a server.
     let secret = folder.path().join("plain.mkv");
     for text in [
-        format!(
-            "#EXTM3U\n#EXTINF:1,\nhttp://127.0.0.1:1/{}\n",
-            secret.display()
-        ),
+        format!("#EXTM3U\n#EXTINF:1,\nhttp://127.0.0.1:1/{}\n", secret.display()),
         "ffconcat version 1.0\nfile 'http://127.0.0.1:1/a.mkv'\n".to_owned(),
     ] {
         let path = folder.path().join("list.mov");
@@ -65,29 +62,15 @@ fn what_is_no_whole_movie_is_a_sentence() {
     std::fs::write(at("film.r3d"), &whole).unwrap();
     std::fs::write(at("film.braw"), &whole).unwrap();
     // Renamed raw: what the files say counts.
-    std::fs::write(
-        at("red.mov"),
-        [&[0, 0, 1, 0][..], b"RED2", &[0; 300]].concat(),
-    )
-    .unwrap();
+    std::fs::write(at("red.mov"), [&[0, 0, 1, 0][..], b"RED2", &[0; 300]].concat()).unwrap();
     std::fs::write(at("arri.mov"), [&b"ARRI"[..], &[0; 300]].concat()).unwrap();
-    let is_prores = |tag: &[u8]| {
-        [b"apcn", b"apch", b"ap4h"]
-            .iter()
-            .any(|known| tag == *known)
-    };
+    let is_prores = |tag: &[u8]| [b"apcn", b"apch", b"ap4h"].iter().any(|known| tag == *known);
     let coded = whole.windows(4).position(is_prores).unwrap();
     let raw = [&whole[..coded], b"brxq", &whole[coded + 4..]].concat();
     std::fs::write(at("blackmagic.mov"), raw).unwrap();
     std::fs::create_dir(at("A001.RDC")).unwrap();
     std::fs::write(at("A001.RDC/A001_001.R3D"), &whole).unwrap();
-    ffmpeg(&[
-        "-f",
-        "lavfi",
-        "-i",
-        "sine=d=1",
-        at("sound.wav").to_str().unwrap(),
-    ]);
+    ffmpeg(&["-f", "lavfi", "-i", "sine=d=1", at("sound.wav").to_str().unwrap()]);
     for (name, says) in [
         ("half.mov", "half.mov"),
         ("text.mp4", "text.mp4"),
@@ -100,27 +83,13 @@ fn what_is_no_whole_movie_is_a_sentence() {
         ("blackmagic.mov", "Blackmagic RAW"),
         ("sound.wav", "no pictures"),
     ] {
-        let said = Movie::open(&at(name), &tools)
-            .map(|_| ())
-            .unwrap_err()
-            .to_string();
+        let said = Movie::open(&at(name), &tools).map(|_| ()).unwrap_err().to_string();
         assert!(said.contains(says), "{name}: {said}");
     }
-    let said = Source::open(&at("A001.RDC"), &tools)
-        .map(|_| ())
-        .unwrap_err()
-        .to_string();
-    assert!(
-        said.contains("REDCINE") && said.contains("A001_001.R3D"),
-        "{said}"
-    );
-    let none = Tools {
-        ffprobe: "no-such-ffprobe".into(),
-        ..tools
-    };
-    let said = Movie::open(&at("whole.mov"), &none)
-        .unwrap_err()
-        .to_string();
+    let said = Source::open(&at("A001.RDC"), &tools).map(|_| ()).unwrap_err().to_string();
+    assert!(said.contains("REDCINE") && said.contains("A001_001.R3D"), "{said}");
+    let none = Tools { ffprobe: "no-such-ffprobe".into(), ..tools };
+    let said = Movie::open(&at("whole.mov"), &none).unwrap_err().to_string();
     assert!(said.contains("Install ffmpeg"), "{said}");
     shown!(
         Strangers,
@@ -151,14 +120,7 @@ fn a_truncated_movie_has_the_frames_that_are_there() {
 /// Overwrites the packet that is stored as number `packet`.
 fn damage(path: &Path, packet: usize, byte: u8) {
     let listed = Command::new("ffprobe")
-        .args([
-            "-v",
-            "error",
-            "-of",
-            "csv=p=0",
-            "-show_entries",
-            "packet=pos,size",
-        ])
+        .args(["-v", "error", "-of", "csv=p=0", "-show_entries", "packet=pos,size"])
         .arg(path)
         .output()
         .unwrap();
@@ -187,10 +149,7 @@ fn a_damaged_frame_is_named_and_the_others_are_read() {
         assert_eq!(number(&movie.frame(frame).unwrap()), frame as usize);
     }
     let said = movie.frame(5).unwrap_err().to_string();
-    assert!(
-        said.contains("frame 5") && said.contains("damaged.mov"),
-        "{said}"
-    );
+    assert!(said.contains("frame 5") && said.contains("damaged.mov"), "{said}");
     assert_eq!(number(&movie.frame(6).unwrap()), 6);
     shown!(
         Strangers,
@@ -210,26 +169,17 @@ fn a_damaged_frame_late_in_a_movie_is_not_searched_from_its_start() {
     let folder = tempfile::tempdir().unwrap();
     // ffmpeg, and where it was told to start.
     let (program, log) = (folder.path().join("logged"), folder.path().join("starts"));
-    let script = format!(
-        "#!/bin/sh\necho \"$@\" >> '{}'\nexec ffmpeg \"$@\"\n",
-        log.display()
-    );
+    let script = format!("#!/bin/sh\necho \"$@\" >> '{}'\nexec ffmpeg \"$@\"\n", log.display());
     std::fs::write(&program, script).unwrap();
     std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
     for (name, coding) in [
         ("intra.mov", "-c:v prores_ks"),
-        (
-            "groups.mp4",
-            "-c:v libx264 -bf 2 -g 12 -pix_fmt yuv420p -x264-params scenecut=0",
-        ),
+        ("groups.mp4", "-c:v libx264 -bf 2 -g 12 -pix_fmt yuv420p -x264-params scenecut=0"),
     ] {
         let path = folder.path().join(name);
         make(&path, 120, "24", coding);
         damage(&path, 100, 0);
-        let tools = Tools {
-            ffmpeg: program.clone().into(),
-            ..tools(folder.path())
-        };
+        let tools = Tools { ffmpeg: program.clone().into(), ..tools(folder.path()) };
         let movie = Movie::open(&path, &tools).unwrap();
         assert_eq!(number(&movie.frame(90).unwrap()), 90);
         movie.forget();
@@ -239,11 +189,7 @@ fn a_damaged_frame_late_in_a_movie_is_not_searched_from_its_start() {
         assert_eq!(number(&movie.frame(110).unwrap()), 110);
         let starts = std::fs::read_to_string(&log).unwrap();
         let from_the_start = |line: &&str| line.contains("rawvideo") && !line.contains("-ss ");
-        assert_eq!(
-            starts.lines().filter(from_the_start).count(),
-            0,
-            "{name}: {starts}"
-        );
+        assert_eq!(starts.lines().filter(from_the_start).count(), 0, "{name}: {starts}");
     }
     shown!(
         Strangers,
@@ -266,10 +212,7 @@ fn a_movie_that_is_replaced_while_it_is_open_is_noticed() {
     make(&path, 9, "24", "-c:v prores_ks -vf negate");
     let said = source.frame(4).unwrap_err().to_string();
     assert!(said.contains("film.mov was replaced"), "{said}");
-    assert!(
-        open(&path).is_err(),
-        "whoever holds its frames is told once"
-    );
+    assert!(open(&path).is_err(), "whoever holds its frames is told once");
     assert_eq!(open(&path).unwrap().count().unwrap(), 9);
     shown!(
         Strangers,
@@ -294,9 +237,7 @@ fn a_program_that_hangs_is_ended() {
         cache: None,
         patience: Duration::from_millis(300),
     };
-    let said = Movie::open(&folder.path().join("film.mov"), &tools)
-        .unwrap_err()
-        .to_string();
+    let said = Movie::open(&folder.path().join("film.mov"), &tools).unwrap_err().to_string();
     assert!(said.contains("neither read nor wrote"), "{said}");
     shown!(
         Surroundings,
@@ -314,22 +255,9 @@ fn a_movie_of_twenty_hours_opens_at_once_and_takes_no_more_memory() {
     const HOURS: u64 = 20;
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    make(
-        Path::new(&at("minute.mp4")),
-        250,
-        "25",
-        "-c:v libx264 -bf 2 -g 250 -pix_fmt yuv420p",
-    );
+    make(Path::new(&at("minute.mp4")), 250, "25", "-c:v libx264 -bf 2 -g 250 -pix_fmt yuv420p");
     let times = (HOURS * 360 - 1).to_string();
-    ffmpeg(&[
-        "-stream_loop",
-        &times,
-        "-i",
-        &at("minute.mp4"),
-        "-c",
-        "copy",
-        &at("long.mp4"),
-    ]);
+    ffmpeg(&["-stream_loop", &times, "-i", &at("minute.mp4"), "-c", "copy", &at("long.mp4")]);
     let before = memory::held().unwrap_or(0);
     let start = std::time::Instant::now();
     let movie = Movie::open(Path::new(&at("long.mp4")), &tools(folder.path())).unwrap();
@@ -340,10 +268,7 @@ fn a_movie_of_twenty_hours_opens_at_once_and_takes_no_more_memory() {
     let listed = start.elapsed();
     assert_eq!(count, HOURS * 3600 * 25);
     for frame in [count - 1, 777_777, 12_345, count - 250] {
-        assert_eq!(
-            number(&movie.frame(frame).unwrap()) as u64,
-            frame % 250 % 256
-        );
+        assert_eq!(number(&movie.frame(frame).unwrap()) as u64, frame % 250 % 256);
     }
     let more = memory::held().unwrap_or(0).saturating_sub(before);
     assert!(more < 64 << 20, "{more} bytes");

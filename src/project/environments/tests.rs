@@ -12,11 +12,8 @@ fn project(folder: &Path) -> Project {
     }
     let mut project = Project::without_shoot(&root);
     project.settings.shoot.folder = "../shoot".into();
-    project.settings.shoot.environments = vec![NamedEnvironment {
-        name: "sky".into(),
-        file: "hdri/sky.hdr".into(),
-        front: None,
-    }];
+    project.settings.shoot.environments =
+        vec![NamedEnvironment { name: "sky".into(), file: "hdri/sky.hdr".into(), front: None }];
     project.save().unwrap();
     project
 }
@@ -41,18 +38,10 @@ fn what_was_added_and_which_way_is_front_are_remembered_over_reopening() {
     })
     .unwrap();
     let project = Project::open(&root).unwrap();
-    let files: Vec<&Path> = (project.settings.environments.iter())
-        .map(|e| e.file.as_path())
-        .collect();
+    let files: Vec<&Path> =
+        (project.settings.environments.iter()).map(|e| e.file.as_path()).collect();
     let far = at.join("far.hdr");
-    assert_eq!(
-        files,
-        [
-            Path::new("own.hdr"),
-            Path::new("../shoot/hdri/noon.hdr"),
-            &far
-        ]
-    );
+    assert_eq!(files, [Path::new("own.hdr"), Path::new("../shoot/hdri/noon.hdr"), &far]);
     let known = project.environments();
     assert_eq!(known.len(), 4);
     for known in &known {
@@ -84,9 +73,8 @@ fn a_file_is_listed_once_under_a_name_of_its_own() {
         std::fs::write(folder.path().join(file), "").unwrap();
         project.add_environment(&folder.path().join(file), None);
     }
-    let names: Vec<&str> = (project.settings.environments.iter())
-        .map(|e| e.name.as_str())
-        .collect();
+    let names: Vec<&str> =
+        (project.settings.environments.iter()).map(|e| e.name.as_str()).collect();
     assert_eq!(names, ["far", "far 2", "nave 2"]);
 }
 
@@ -119,14 +107,8 @@ fn a_missing_file_is_named_and_its_entry_stays() {
     let known = Project::open(&root).unwrap().environments();
     let complaints: Vec<String> = known.iter().filter_map(|e| e.complaint()).collect();
     assert_eq!((known.len(), complaints.len()), (2, 1));
-    assert!(
-        complaints[0].contains("far.hdr") && complaints[0].contains("stays"),
-        "{complaints:?}"
-    );
-    let change = EnvironmentChange {
-        add: vec![far],
-        ..EnvironmentChange::default()
-    };
+    assert!(complaints[0].contains("far.hdr") && complaints[0].contains("stays"), "{complaints:?}");
+    let change = EnvironmentChange { add: vec![far], ..EnvironmentChange::default() };
     let refused = Project::change(&root, |project| project.apply(&change)).unwrap_err();
     assert!(refused.to_string().contains("far.hdr"), "{refused}");
 }

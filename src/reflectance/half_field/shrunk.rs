@@ -35,11 +35,7 @@ impl HalfField {
                     let covered: f32 = block.clone().map(|pixel| mask.pixels[pixel]).sum();
                     let block = block.filter(|&pixel| mask.pixels[pixel] > 0.0);
                     parts.extend(block.map(|pixel| {
-                        (
-                            self.tile(pixel / TILE),
-                            pixel % TILE,
-                            mask.pixels[pixel] / covered,
-                        )
+                        (self.tile(pixel / TILE), pixel % TILE, mask.pixels[pixel] / covered)
                     }));
                     parts.len()
                 })
@@ -49,28 +45,16 @@ impl HalfField {
                 let mut start = 0;
                 for (mean, &end) in means.iter_mut().zip(&ends) {
                     let parts = parts[start..end].iter();
-                    *mean = parts
-                        .map(|(tile, place, share)| share * widen(tile[plane][*place]))
-                        .sum();
+                    *mean =
+                        parts.map(|(tile, place, share)| share * widen(tile[plane][*place])).sum();
                     start = end;
                 }
-                values
-                    .reinterpret_cast_mut::<f16>()
-                    .convert_from_f32_slice(&means);
+                values.reinterpret_cast_mut::<f16>().convert_from_f32_slice(&means);
             }
         };
         // A mean is no larger than the largest: the scale serves.
-        values
-            .par_chunks_mut((planes * TILE).max(1))
-            .enumerate()
-            .for_each(mean);
-        let small = Self {
-            width,
-            height,
-            lamps: self.lamps,
-            scale: self.scale,
-            values,
-        };
+        values.par_chunks_mut((planes * TILE).max(1)).enumerate().for_each(mean);
+        let small = Self { width, height, lamps: self.lamps, scale: self.scale, values };
         (small, coverage)
     }
 }

@@ -28,10 +28,7 @@ impl AdamStep {
         second_moment: &mut [f32],
     ) {
         let len = parameter.len();
-        assert_eq!(
-            (gradient.len(), first_moment.len(), second_moment.len()),
-            (len, len, len)
-        );
+        assert_eq!((gradient.len(), first_moment.len(), second_moment.len()), (len, len, len));
         let update = self.update();
         (parameter.par_chunks_mut(BLOCK))
             .zip(gradient.par_chunks(BLOCK))
@@ -128,10 +125,7 @@ mod tests {
     const KEEP: f32 = 0.9;
 
     fn step(step: i32) -> AdamStep {
-        AdamStep {
-            learning_rate: 1e-2,
-            step,
-        }
+        AdamStep { learning_rate: 1e-2, step }
     }
 
     fn gradient(count: usize, step: i32) -> Vec<f32> {
@@ -184,10 +178,7 @@ mod tests {
 
     #[test]
     fn a_gradient_too_large_for_f32_squares_has_a_norm() {
-        assert_eq!(
-            square_sum(&[3e30, 4e30]).sqrt(),
-            f64::from(3e30f32).hypot(f64::from(4e30f32))
-        );
+        assert_eq!(square_sum(&[3e30, 4e30]).sqrt(), f64::from(3e30f32).hypot(f64::from(4e30f32)));
     }
 
     #[test]
@@ -224,10 +215,7 @@ mod tests {
         let x = noise(1_000_003, 1);
         assert_independent_of_threads(|| {
             let bits = square_sum(&x).to_bits();
-            vec![
-                f32::from_bits(bits as u32),
-                f32::from_bits((bits >> 32) as u32),
-            ]
+            vec![f32::from_bits(bits as u32), f32::from_bits((bits >> 32) as u32)]
         });
     }
 

@@ -34,16 +34,9 @@ impl Band {
         let plane = used + MAX_POSITIONS + 2 * shape.radius() * (stride + 1);
         // An odd number of cache lines between channels spreads them over the cache's sets.
         let plane = (plane.div_ceil(16) | 1) * 16;
-        let taps = (0..shape.taps())
-            .map(|t| (t / shape.kernel) * stride + t % shape.kernel)
-            .collect();
-        Self {
-            from,
-            rows,
-            stride,
-            plane,
-            taps,
-        }
+        let taps =
+            (0..shape.taps()).map(|t| (t / shape.kernel) * stride + t % shape.kernel).collect();
+        Self { from, rows, stride, plane, taps }
     }
 
     /// Positions that are computed, including those between rows.
@@ -181,11 +174,7 @@ impl Sums<'_> {
         position: usize,
         planes: &mut [&mut [f32]],
     ) {
-        let product = tile::Product {
-            left,
-            right: self.right,
-            start,
-        };
+        let product = tile::Product { left, right: self.right, start };
         product.fill(simd, position, &mut self.tile);
         let step = tile::positions::<S>();
         for (plane, sums) in planes.iter_mut().zip(&self.tile) {
@@ -242,11 +231,7 @@ pub fn shares<'a, 'b>(split: &'a mut [Vec<&'b mut [f32]>], part: usize) -> Vec<S
     let bands = split.iter_mut().enumerate();
     let shares = bands.flat_map(|(band, planes)| {
         let parts = planes.chunks_mut(part).enumerate();
-        parts.map(move |(p, out)| Share {
-            band,
-            first: p * part,
-            out,
-        })
+        parts.map(move |(p, out)| Share { band, first: p * part, out })
     });
     shares.collect()
 }
@@ -302,31 +287,20 @@ pub fn convolve(
     let bands = shape.height.div_ceil(rows);
     // Channels are shared out too where there are fewer bands than threads could take.
     let wanted = 2 * rayon::current_num_threads();
-    let parts = wanted
-        .div_ceil(shape.batch * bands)
-        .min(shape.outputs.div_ceil(ROWS));
+    let parts = wanted.div_ceil(shape.batch * bands).min(shape.outputs.div_ceil(ROWS));
     let part = shape.outputs.div_ceil(parts).next_multiple_of(ROWS);
     let length = shape.inputs * weights.taps.len();
     // Weights that few bands read are packed by each band, while they are near.
-    let packed = (shape.batch * bands > PACKED_IN_TURN).then(|| {
-        Packed::of_blocks(shape.outputs, length, |block, into| {
-            weights.pack(block, into)
-        })
-    });
+    let packed = (shape.batch * bands > PACKED_IN_TURN)
+        .then(|| Packed::of_blocks(shape.outputs, length, |block, into| weights.pack(block, into)));
     let mut split = split_bands(out, shape, shape.outputs, rows);
     let tasks = shares(&mut split, part);
     let threads = tasks.len() > 1;
-    let task = |Share {
-                    band: i,
-                    first,
-                    out,
-                }: Share| {
+    let task = |Share { band: i, first, out }: Share| {
         let (picture, from) = (i / bands, i % bands * rows);
         let band = Band::new(shape, from, rows.min(shape.height - from));
         let (mut values, mut block) = SCRATCH.take();
-        band.fill(shape, shape.inputs, &mut values, |c, y, into| {
-            row(picture, c, y, into)
-        });
+        band.fill(shape, shape.inputs, &mut values, |c, y, into| row(picture, c, y, into));
         arch().dispatch(Product {
             band: &band,
             values: &values,

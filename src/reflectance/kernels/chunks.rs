@@ -81,11 +81,7 @@ pub fn each_index<T: Send>(count: usize, size: usize, work: impl Fn(usize) -> T 
             || work(index),
         )
     };
-    (0..count)
-        .into_par_iter()
-        .with_min_len(WORTH_A_THREAD.div_ceil(size))
-        .map(work)
-        .collect()
+    (0..count).into_par_iter().with_min_len(WORTH_A_THREAD.div_ceil(size)).map(work).collect()
 }
 
 /// What the tests of the kernels share.
@@ -124,10 +120,7 @@ pub mod tests {
     /// Σ a·b in f64.
     pub fn dot(a: &[f32], b: &[f32]) -> f64 {
         assert_eq!(a.len(), b.len());
-        a.iter()
-            .zip(b)
-            .map(|(&a, &b)| f64::from(a) * f64::from(b))
-            .sum()
+        a.iter().zip(b).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum()
     }
 
     #[test]
@@ -140,10 +133,7 @@ pub mod tests {
             });
             assert!(out.iter().all(|x| *x == 1.0));
             assert_eq!(indices, (0..len.div_ceil(size)).collect::<Vec<_>>());
-            assert_eq!(
-                each_index(len, size, |index| index),
-                (0..len).collect::<Vec<_>>()
-            );
+            assert_eq!(each_index(len, size, |index| index), (0..len).collect::<Vec<_>>());
         }
     }
 }

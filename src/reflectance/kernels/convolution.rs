@@ -67,9 +67,7 @@ pub fn forward(
     let row = |picture: usize, channel: usize, y: usize, into: &mut [f32]| {
         into.copy_from_slice(shape.input_row(x, picture, channel, y));
     };
-    convolve(shape, &weights, Some(bias), out, row, |plane| {
-        activation.apply(plane)
-    });
+    convolve(shape, &weights, Some(bias), out, row, |plane| activation.apply(plane));
 }
 
 /// The gradients of [`forward`], from its output and the gradient of its output. Those by the input and

@@ -17,11 +17,7 @@ pub fn correlate(
 ) -> (Vec<f32>, Vec<f32>) {
     let rows = shape.band_rows();
     let bands: Vec<(usize, usize)> = (0..shape.batch)
-        .flat_map(|picture| {
-            (0..shape.height)
-                .step_by(rows)
-                .map(move |from| (picture, from))
-        })
+        .flat_map(|picture| (0..shape.height).step_by(rows).map(move |from| (picture, from)))
         .collect();
     let columns = shape.columns();
     let groups = (shape.plane() / 4096).clamp(1, 16);
@@ -32,46 +28,39 @@ pub fn correlate(
     let length = shape.outputs * columns;
     let mut weights = vec![0.0; groups.len() * length];
     let mut biases = vec![0.0; groups.len() * shape.outputs];
-    let tasks = weights
-        .chunks_mut(length)
-        .zip(biases.chunks_mut(shape.outputs))
-        .zip(&groups);
+    let tasks = weights.chunks_mut(length).zip(biases.chunks_mut(shape.outputs)).zip(&groups);
     let tasks = tasks.flat_map(|((weight, bias), bands)| {
         let shares = weight.chunks_mut(part * columns).zip(bias.chunks_mut(part));
-        shares
-            .enumerate()
-            .map(move |(p, (weight, bias))| (p * part, weight, bias, *bands))
+        shares.enumerate().map(move |(p, (weight, bias))| (p * part, weight, bias, *bands))
     });
     let tasks: Vec<_> = tasks.collect();
-    tasks
-        .into_par_iter()
-        .for_each(|(first, weight, bias, bands)| {
-            for &(picture, from) in bands {
-                let band = Band::new(shape, from, rows.min(shape.height - from));
-                let own = from..from + band.rows;
-                let (mut left, mut right) = SCRATCH.take();
-                band.fill(shape, bias.len(), &mut left, |c, y, into| {
-                    // What lies around the band belongs to other bands.
-                    if own.contains(&y) {
-                        before(picture, first + c, y, into);
-                    } else {
-                        into.fill(0.0);
-                    }
-                });
-                band.fill(shape, shape.inputs, &mut right, |c, y, into| {
-                    into.copy_from_slice(shape.input_row(x, picture, c, y));
-                });
-                arch().dispatch(Correlation {
-                    shape,
-                    band: &band,
-                    left: &left,
-                    right: &right,
-                    weight,
-                    bias,
-                });
-                SCRATCH.set((left, right));
-            }
-        });
+    tasks.into_par_iter().for_each(|(first, weight, bias, bands)| {
+        for &(picture, from) in bands {
+            let band = Band::new(shape, from, rows.min(shape.height - from));
+            let own = from..from + band.rows;
+            let (mut left, mut right) = SCRATCH.take();
+            band.fill(shape, bias.len(), &mut left, |c, y, into| {
+                // What lies around the band belongs to other bands.
+                if own.contains(&y) {
+                    before(picture, first + c, y, into);
+                } else {
+                    into.fill(0.0);
+                }
+            });
+            band.fill(shape, shape.inputs, &mut right, |c, y, into| {
+                into.copy_from_slice(shape.input_row(x, picture, c, y));
+            });
+            arch().dispatch(Correlation {
+                shape,
+                band: &band,
+                left: &left,
+                right: &right,
+                weight,
+                bias,
+            });
+            SCRATCH.set((left, right));
+        }
+    });
     for group in 1..groups.len() {
         let (total, rest) = weights.split_at_mut(length);
         add(total, &rest[(group - 1) * length..][..length]);

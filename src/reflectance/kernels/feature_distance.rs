@@ -63,10 +63,7 @@ fn distance(x: &mut [f32], [h, w]: [usize; 2], norms: Norms, scales: usize) -> f
     let mut coarser = Vec::new();
     if scales > 1 {
         coarser = halved(x, [h, w]);
-        let norms = Norms {
-            values: norms.values / 4.0,
-            ..norms
-        };
+        let norms = Norms { values: norms.values / 4.0, ..norms };
         distance += self::distance(&mut coarser, [h / 2, w / 2], norms, scales - 1);
     }
     into_gradient(x, [h, w], [per_value, per_difference], &coarser);
@@ -86,10 +83,7 @@ impl Norms {
     /// The part of the loss due to a Σ x², and the factor f that makes f·x its gradient.
     fn of(self, square_sum: f64) -> (f64, f32) {
         let norm = (square_sum / self.values + EPSILON * EPSILON).sqrt();
-        (
-            self.share * norm,
-            (self.share / (norm * self.values)) as f32,
-        )
+        (self.share * norm, (self.share / (norm * self.values)) as f32)
     }
 }
 
@@ -99,12 +93,7 @@ fn covered(mask: &[f32]) -> f64 {
         mask.len().div_ceil(BLOCK),
         BLOCK,
         #[inline(always)]
-        |index| {
-            sum_of(
-                &mask[index * BLOCK..mask.len().min((index + 1) * BLOCK)],
-                |x| x,
-            )
-        },
+        |index| sum_of(&mask[index * BLOCK..mask.len().min((index + 1) * BLOCK)], |x| x),
     );
     blocks.iter().sum()
 }
@@ -115,9 +104,7 @@ fn subtract(truth: &[f32], mask: &[f32], x: &mut [f32]) {
     vectorized(
         #[inline(always)]
         || {
-            let planes = x
-                .chunks_exact_mut(mask.len())
-                .zip(truth.chunks_exact(mask.len()));
+            let planes = x.chunks_exact_mut(mask.len()).zip(truth.chunks_exact(mask.len()));
             for (x, truth) in planes {
                 for ((x, truth), mask) in x.iter_mut().zip(truth).zip(mask) {
                     *x = (*x - truth) * mask;
@@ -262,12 +249,9 @@ mod tests {
         let mut gradient = predicted.to_vec();
         let pictures = predicted.len() / (3 * mask.len());
         let distance = FeatureDistance::new(mask, size, pictures);
-        let pairs = gradient
-            .chunks_exact_mut(3 * mask.len())
-            .zip(truth.chunks_exact(3 * mask.len()));
-        let loss = pairs
-            .map(|(x, truth)| distance.replace_by_gradient(x, truth))
-            .sum();
+        let pairs =
+            gradient.chunks_exact_mut(3 * mask.len()).zip(truth.chunks_exact(3 * mask.len()));
+        let loss = pairs.map(|(x, truth)| distance.replace_by_gradient(x, truth)).sum();
         (loss, gradient)
     }
 
@@ -306,10 +290,8 @@ mod tests {
                     for y in 0..h / 2 {
                         for i in 0..w / 2 {
                             let corners = [(0, 0), (0, 1), (1, 0), (1, 1)];
-                            let sum: f64 = corners
-                                .iter()
-                                .map(|(a, b)| at(c, 2 * y + a, 2 * i + b))
-                                .sum();
+                            let sum: f64 =
+                                corners.iter().map(|(a, b)| at(c, 2 * y + a, 2 * i + b)).sum();
                             means.push(sum / 4.0);
                         }
                     }
@@ -329,36 +311,20 @@ mod tests {
     fn soft_mask([h, w]: [usize; 2]) -> Vec<f32> {
         let noise = noise(h * w, 7);
         let soft = noise.iter().map(|x| (1.5 * x + 0.5).clamp(0.0, 1.0));
-        soft.enumerate()
-            .map(|(i, x)| if i / w == 1 { 0.0 } else { x })
-            .collect()
+        soft.enumerate().map(|(i, x)| if i / w == 1 { 0.0 } else { x }).collect()
     }
 
     #[test]
     fn it_is_the_definition_in_every_size() {
-        let sizes = [
-            [1, 1],
-            [1, 9],
-            [2, 2],
-            [3, 5],
-            [7, 4],
-            [33, 65],
-            [127, 127],
-            [128, 128],
-        ];
+        let sizes = [[1, 1], [1, 9], [2, 2], [3, 5], [7, 4], [33, 65], [127, 127], [128, 128]];
         for [h, w] in sizes {
             for pictures in 1..=4 {
-                let (predicted, truth) = (
-                    noise(pictures * 3 * h * w, 1),
-                    noise(pictures * 3 * h * w, 2),
-                );
+                let (predicted, truth) =
+                    (noise(pictures * 3 * h * w, 1), noise(pictures * 3 * h * w, 2));
                 let mask = soft_mask([h, w]);
                 let (loss, _) = distance_of(&predicted, &truth, &mask, [h, w]);
                 let expected = reference(&wide(&predicted), &truth, &mask, [h, w]);
-                assert!(
-                    (loss / expected - 1.0).abs() < 1e-6,
-                    "{loss} is not {expected}"
-                );
+                assert!((loss / expected - 1.0).abs() < 1e-6, "{loss} is not {expected}");
             }
         }
     }
@@ -377,10 +343,7 @@ mod tests {
                 };
                 let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
                 let difference = (f64::from(*gradient) - slope).abs();
-                assert!(
-                    difference < 1e-6,
-                    "{gradient} is not {slope} at {i} of {h}×{w}"
-                );
+                assert!(difference < 1e-6, "{gradient} is not {slope} at {i} of {h}×{w}");
             }
         }
     }
@@ -394,16 +357,12 @@ mod tests {
         let square: f64 = wide(&gradient).iter().map(|g| g * g).sum();
         let moved = |step: f64| {
             let predicted = predicted.iter().zip(&gradient);
-            let moved: Vec<f64> = predicted
-                .map(|(&x, &g)| f64::from(x) + step * f64::from(g))
-                .collect();
+            let moved: Vec<f64> =
+                predicted.map(|(&x, &g)| f64::from(x) + step * f64::from(g)).collect();
             reference(&moved, &truth, &mask, size)
         };
         let slope = (moved(1e-2) - moved(-1e-2)) / 2e-2;
-        assert!(
-            (slope / square - 1.0).abs() < 1e-5,
-            "{slope} is not {square}"
-        );
+        assert!((slope / square - 1.0).abs() < 1e-5, "{slope} is not {square}");
     }
 
     #[test]
@@ -428,10 +387,7 @@ mod tests {
         assert_independent_of_threads(|| {
             let (loss, mut values) = distance_of(&predicted, &truth, &mask, [127, 127]);
             let bits = loss.to_bits();
-            values.extend([
-                f32::from_bits(bits as u32),
-                f32::from_bits((bits >> 32) as u32),
-            ]);
+            values.extend([f32::from_bits(bits as u32), f32::from_bits((bits >> 32) as u32)]);
             values
         });
     }

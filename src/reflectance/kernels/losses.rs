@@ -49,10 +49,7 @@ impl Losses<'_> {
         let picture = self.light.len();
         let lamps = output.len() / picture;
         assert_eq!(picture, 3 * self.size[0] * self.size[1]);
-        assert_eq!(
-            (output.len(), gradient.len()),
-            (lamps * picture, lamps * picture)
-        );
+        assert_eq!((output.len(), gradient.len()), (lamps * picture, lamps * picture));
         assert_eq!((self.plate.len(), self.weights.len()), (picture, lamps * 3));
         assert!(self.olats.is_none_or(|olats| olats.len() == output.len()));
         let (rendering, relit_gradient) = self.rendering(output);
@@ -83,10 +80,7 @@ impl Losses<'_> {
                 distance
             },
         );
-        Values {
-            reconstruction: distances.iter().sum::<f64>() as f32,
-            rendering: rendering as f32,
-        }
+        Values { reconstruction: distances.iter().sum::<f64>() as f32, rendering: rendering as f32 }
     }
 
     /// One lamp's share in the reconstruction loss, and λ1 times its gradient by the output.
@@ -100,11 +94,8 @@ impl Losses<'_> {
     ) -> f64 {
         let gain = self.settings.gain;
         let mut slopes = vec![0.0; output.len()];
-        for (((g, slope), s), light) in gradient
-            .iter_mut()
-            .zip(&mut slopes)
-            .zip(output)
-            .zip(self.light)
+        for (((g, slope), s), light) in
+            gradient.iter_mut().zip(&mut slopes).zip(output).zip(self.light)
         {
             let factor = gain * light;
             let (value, steepness) = encode(factor * s);

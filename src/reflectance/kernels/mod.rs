@@ -264,16 +264,10 @@ pub fn adam<const D: usize>(
     step: usize,
 ) -> (Tensor<D>, [Tensor<D>; 2]) {
     let [first, second] = moments.map(Tensor::into_dispatch);
-    let step = AdamStep {
-        learning_rate,
-        step: step as i32,
-    };
+    let step = AdamStep { learning_rate, step: step as i32 };
     let (parameter, gradient) = (parameter.into_dispatch(), gradient.into_dispatch());
     let (parameter, first, second) = Dispatch::adam(parameter, gradient, first, second, step);
-    (
-        Tensor::from_dispatch(parameter),
-        [first, second].map(Tensor::from_dispatch),
-    )
+    (Tensor::from_dispatch(parameter), [first, second].map(Tensor::from_dispatch))
 }
 
 /// keep · average + (1 − keep) · parameter.

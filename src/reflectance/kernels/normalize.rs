@@ -62,11 +62,7 @@ impl GroupNorm<'_> {
                         let affine = self.affine(moments, channels.start + channel);
                         for (y, &x) in y.iter_mut().zip(x) {
                             let value = affine.of(x);
-                            *y = if value > 0.0 {
-                                value
-                            } else {
-                                self.slope * value
-                            };
+                            *y = if value > 0.0 { value } else { self.slope * value };
                         }
                     },
                 );
@@ -93,10 +89,7 @@ impl GroupNorm<'_> {
         let size = self.group_size(x.len());
         assert_eq!((dy.len(), dx.len()), (x.len(), x.len()));
         assert_eq!(moments.len() * size, x.len());
-        assert_eq!(
-            (dgamma.len(), dbeta.len()),
-            (self.gamma.len(), self.gamma.len())
-        );
+        assert_eq!((dgamma.len(), dbeta.len()), (self.gamma.len(), self.gamma.len()));
         let sums = each_chunk(
             dx,
             size,
@@ -168,10 +161,7 @@ impl GroupNorm<'_> {
     ) {
         let weighted = |of: fn(&GradientSums) -> f64| {
             let gamma = self.gamma[channels.clone()].iter();
-            let sum: f64 = gamma
-                .zip(sums)
-                .map(|(&gamma, sums)| f64::from(gamma) * of(sums))
-                .sum();
+            let sum: f64 = gamma.zip(sums).map(|(&gamma, sums)| f64::from(gamma) * of(sums)).sum();
             sum / x.len() as f64
         };
         let mean_plain = weighted(|sums| sums.plain);
@@ -223,18 +213,9 @@ impl GroupNorm<'_> {
     fn group_size(&self, len: usize) -> usize {
         let channels = self.gamma.len();
         assert_eq!(self.beta.len(), channels);
-        assert_eq!(
-            channels % self.groups,
-            0,
-            "{channels} channels in {} groups",
-            self.groups
-        );
+        assert_eq!(channels % self.groups, 0, "{channels} channels in {} groups", self.groups);
         let size = channels / self.groups * self.pixels;
-        assert_eq!(
-            len % (size * self.groups),
-            0,
-            "{len} values are not whole pictures"
-        );
+        assert_eq!(len % (size * self.groups), 0, "{len} values are not whole pictures");
         size
     }
 }
@@ -269,10 +250,7 @@ impl Moments {
 
     fn centre(self) -> Centre {
         let high = self.mean as f32;
-        Centre {
-            high,
-            low: self.mean - f64::from(high),
-        }
+        Centre { high, low: self.mean - f64::from(high) }
     }
 
     /// The moments of all of `x`, block by block: the mean first, then the squares about it while
@@ -304,10 +282,7 @@ impl Moments {
             squares += block_squares + step * step * count * block_count / sum;
             count = sum;
         }
-        Self {
-            mean,
-            variance: squares.max(0.0) / count,
-        }
+        Self { mean, variance: squares.max(0.0) / count }
     }
 }
 
@@ -373,8 +348,7 @@ mod tests {
                 dbeta: vec![f32::NAN; self.gamma.len()],
             };
             let Gradients { dx, dgamma, dbeta } = &mut gradients;
-            self.norm()
-                .backward(dy, &self.x, &moments, dx, dgamma, dbeta);
+            self.norm().backward(dy, &self.x, &moments, dx, dgamma, dbeta);
             gradients
         }
 
@@ -389,11 +363,7 @@ mod tests {
                     let channel = (index * size + i) / self.pixels % gamma.len();
                     let normalized = (x - mean) / (variance + 1e-5).sqrt();
                     let value = gamma[channel] * normalized + beta[channel];
-                    y.push(if value > 0.0 {
-                        value
-                    } else {
-                        f64::from(self.slope) * value
-                    });
+                    y.push(if value > 0.0 { value } else { f64::from(self.slope) * value });
                 }
             }
             y
@@ -407,10 +377,7 @@ mod tests {
     fn assert_close(values: &[f32], expected: &[f64], tolerance: f64) {
         assert_eq!(values.len(), expected.len());
         for (i, (a, b)) in values.iter().zip(expected).enumerate() {
-            assert!(
-                (f64::from(*a) - b).abs() < tolerance,
-                "{a} is not {b} at {i}"
-            );
+            assert!((f64::from(*a) - b).abs() < tolerance, "{a} is not {b} at {i}");
         }
     }
 
@@ -467,11 +434,7 @@ mod tests {
         let (y, moments) = case.forward();
         assert!(moments.iter().all(|moments| moments.variance < 1e-12));
         for (plane, index) in y.chunks(9).zip(0..) {
-            assert!(
-                plane
-                    .iter()
-                    .all(|y| (y - case.beta[index % 4]).abs() < 1e-6)
-            );
+            assert!(plane.iter().all(|y| (y - case.beta[index % 4]).abs() < 1e-6));
         }
     }
 
@@ -498,10 +461,7 @@ mod tests {
                     };
                     let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
                     let difference = (f64::from(*gradient) - slope).abs();
-                    assert!(
-                        difference < 1e-5 * (1.0 + slope.abs()),
-                        "{gradient} is not {slope}"
-                    );
+                    assert!(difference < 1e-5 * (1.0 + slope.abs()), "{gradient} is not {slope}");
                 }
             }
         }

@@ -96,12 +96,7 @@ impl Updates for Flex {
         let gradient = Values::new(&gradient);
         // Written in place where nobody else holds them, into a copy otherwise.
         let [mut p, mut m, mut v] = [parameter, first_moment, second_moment].map(whole);
-        step.apply(
-            p.storage_mut(),
-            gradient.get(),
-            m.storage_mut(),
-            v.storage_mut(),
-        );
+        step.apply(p.storage_mut(), gradient.get(), m.storage_mut(), v.storage_mut());
         (p, m, v)
     }
 
@@ -135,18 +130,12 @@ impl Values {
     }
 
     fn get(&self) -> &[f32] {
-        self.0
-            .as_slice()
-            .expect("a contiguous tensor of f32, as the network's operations ask for")
+        self.0.as_slice().expect("a contiguous tensor of f32, as the network's operations ask for")
     }
 }
 
 fn tensor(values: Vec<f32>, shape: impl Into<Shape>) -> FlexTensor {
-    FlexTensor::new(
-        Bytes::from_elems(values),
-        Layout::contiguous(shape.into()),
-        DType::F32,
-    )
+    FlexTensor::new(Bytes::from_elems(values), Layout::contiguous(shape.into()), DType::F32)
 }
 
 fn dims(tensor: &FlexTensor) -> [usize; 4] {
@@ -156,15 +145,10 @@ fn dims(tensor: &FlexTensor) -> [usize; 4] {
 /// Two sources of the gradient of both, without a copy where there is but one.
 fn split(gradient: Vec<f32>, [n, c1, c2]: [usize; 3], [h, w]: [usize; 2]) -> [FlexTensor; 2] {
     if c2 == 0 {
-        return [
-            tensor(gradient, [n, c1, h, w]),
-            tensor(Vec::new(), [n, 0, h, w]),
-        ];
+        return [tensor(gradient, [n, c1, h, w]), tensor(Vec::new(), [n, 0, h, w])];
     }
     let both = tensor(gradient, [n, c1 + c2, h, w]);
-    let strides = [(c1 + c2) * h * w, h * w, w, 1]
-        .map(|s| s as isize)
-        .to_vec();
+    let strides = [(c1 + c2) * h * w, h * w, w, 1].map(|s| s as isize).to_vec();
     [(c1, 0), (c2, c1 * h * w)].map(|(c, offset)| {
         let layout = Layout::new(Shape::from([n, c, h, w]), strides.clone(), offset);
         FlexTensor::from_arc(both.data_arc(), layout, DType::F32)
@@ -179,20 +163,8 @@ fn convolution_shape(
 ) -> shape::Shape {
     let ([batch, c1, height, width], [_, c2, ..]) = (dims(first), dims(second));
     let [outputs, inputs, kernel, _] = dims(weight);
-    assert_eq!(
-        inputs,
-        c1 + c2,
-        "the weights' input channels are those of the sources"
-    );
-    let shape = shape::Shape {
-        batch,
-        inputs,
-        outputs,
-        height,
-        width,
-        kernel,
-        tiles: None,
-    };
+    assert_eq!(inputs, c1 + c2, "the weights' input channels are those of the sources");
+    let shape = shape::Shape { batch, inputs, outputs, height, width, kernel, tiles: None };
     shape.with_precision(precision)
 }
 
@@ -204,14 +176,7 @@ fn group_norm<'a>(
     slope: f32,
 ) -> GroupNorm<'a> {
     let [_, _, h, w] = dims(x);
-    GroupNorm {
-        groups,
-        pixels: h * w,
-        gamma: gamma.get(),
-        beta: beta.get(),
-        epsilon,
-        slope,
-    }
+    GroupNorm { groups, pixels: h * w, gamma: gamma.get(), beta: beta.get(), epsilon, slope }
 }
 
 /// Means and then variances.
@@ -234,14 +199,7 @@ impl Kernels for Flex {
         let [first, second, weight, bias] = [&first, &second, &weight, &bias].map(Values::new);
         let mut out = vec![0.0; shape.batch * shape.outputs * shape.height * shape.width];
         let sources = [first.get(), second.get()];
-        convolution::forward(
-            &shape,
-            sources,
-            weight.get(),
-            bias.get(),
-            activation,
-            &mut out,
-        );
+        convolution::forward(&shape, sources, weight.get(), bias.get(), activation, &mut out);
         tensor(out, [shape.batch, shape.outputs, shape.height, shape.width])
     }
 
@@ -388,11 +346,7 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         let kept = [&first, &second, &weight].map(Clone::clone);
         let output = Flex::convolution(first, second, weight, bias, activation, precision);
         let [first, second, weight] = kept;
-        let state = (
-            [first, second, weight, output.clone()],
-            activation,
-            precision,
-        );
+        let state = ([first, second, weight, output.clone()], activation, precision);
         record!(Convolution, guards, state, output)
     }
 
@@ -483,19 +437,9 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
                 let [dy, x] = [&gradient, &x].map(Values::new);
                 let mut dx = vec![0.0; x.get().len()];
                 let [mut dgamma, mut dbeta] = [vec![0.0; shape[1]], vec![0.0; shape[1]]];
-                norm.backward(
-                    dy.get(),
-                    x.get(),
-                    &moments,
-                    &mut dx,
-                    &mut dgamma,
-                    &mut dbeta,
-                );
-                let results = [
-                    tensor(dx, shape),
-                    tensor(dgamma, [shape[1]]),
-                    tensor(dbeta, [shape[1]]),
-                ];
+                norm.backward(dy.get(), x.get(), &moments, &mut dx, &mut dgamma, &mut dbeta);
+                let results =
+                    [tensor(dx, shape), tensor(dgamma, [shape[1]]), tensor(dbeta, [shape[1]])];
                 for (node, gradient) in ops.parents.into_iter().zip(results) {
                     if let Some(node) = node {
                         gradients.register::<Flex>(node.id, gradient);
@@ -551,9 +495,6 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         let guard = output.node();
         let inputs = [output, light, mask, olats, plate, weights].map(|t| t.into_primitive());
         let (total, parts, gradient) = losses(inputs, settings);
-        (
-            record!(Total, [guard], gradient, total),
-            Self::from_inner(parts),
-        )
+        (record!(Total, [guard], gradient, total), Self::from_inner(parts))
     }
 }

@@ -13,11 +13,7 @@ const OFFSET: f32 = 0.01;
 pub fn encode(x: f32) -> (f32, f32) {
     let light = lifted(x);
     let root = root_2_2(light);
-    let slope = if x < 0.0 {
-        0.0
-    } else {
-        root / light * (1.0 / 2.2)
-    };
+    let slope = if x < 0.0 { 0.0 } else { root / light * (1.0 / 2.2) };
     // The root reads the bits of a number; ∞ and NaN are none.
     let root = if light < f32::INFINITY { root } else { light };
     // By the same root, so that black becomes exactly 0.
@@ -175,10 +171,7 @@ mod tests {
     /// 0 and values from 1e-9 to 1e6, evenly in their logarithm.
     fn lights() -> Vec<f32> {
         let exponents = (0..300_000).map(|i| -9.0 + 15.0 * f64::from(i) / 299_999.0);
-        exponents
-            .map(|e| 10f64.powf(e) as f32)
-            .chain([0.0])
-            .collect()
+        exponents.map(|e| 10f64.powf(e) as f32).chain([0.0]).collect()
     }
 
     fn encoded(x: &[f32]) -> Vec<f32> {
@@ -200,9 +193,7 @@ mod tests {
         expected: impl Fn(f64) -> f64,
     ) -> f64 {
         let values = x.iter().zip(values);
-        values
-            .map(|(&x, value)| (value / expected(f64::from(x)) - 1.0).abs())
-            .fold(0.0, f64::max)
+        values.map(|(&x, value)| (value / expected(f64::from(x)) - 1.0).abs()).fold(0.0, f64::max)
     }
 
     #[test]
@@ -217,9 +208,7 @@ mod tests {
     #[test]
     fn the_encoding_has_the_slope_of_a_power() {
         let x = lights();
-        let slopes = encoded_gradient(&vec![1.0; x.len()], &x)
-            .into_iter()
-            .map(f64::from);
+        let slopes = encoded_gradient(&vec![1.0; x.len()], &x).into_iter().map(f64::from);
         let slope = |x: f64| (x + 0.01).powf(1.0 / 2.2 - 1.0) / 2.2;
         let error = largest_relative_error(&x, slopes, slope);
         assert!(error < 3e-7, "{error}");
@@ -242,19 +231,10 @@ mod tests {
 
     #[test]
     fn black_stays_black_and_below_it_nothing_changes() {
-        assert_eq!(
-            encoded(&[0.0, -0.0, -1.0, f32::MIN, f32::NEG_INFINITY]),
-            [0.0; 5]
-        );
-        assert_eq!(
-            encoded_gradient(&[1.0; 3], &[-1e-9, -1.0, f32::MIN]),
-            [0.0; 3]
-        );
+        assert_eq!(encoded(&[0.0, -0.0, -1.0, f32::MIN, f32::NEG_INFINITY]), [0.0; 5]);
+        assert_eq!(encoded_gradient(&[1.0; 3], &[-1e-9, -1.0, f32::MIN]), [0.0; 3]);
         let at_black = encoded_gradient(&[1.0; 2], &[0.0, -0.0]);
-        assert!(
-            at_black.iter().all(|slope| (slope - 5.6).abs() < 0.1),
-            "{at_black:?}"
-        );
+        assert!(at_black.iter().all(|slope| (slope - 5.6).abs() < 0.1), "{at_black:?}");
     }
 
     #[test]
@@ -269,20 +249,9 @@ mod tests {
         let x: Vec<f32> = (-400_000..=400_000).map(|i| i as f32 / 3333.0).collect();
         for (x, y) in x.iter().zip(sigmoids(&x)) {
             let expected = 1.0 / (1.0 + (-f64::from(*x)).exp());
-            assert!(
-                (f64::from(y) - expected).abs() < 1e-7,
-                "{y} is not {expected} at {x}"
-            );
+            assert!((f64::from(y) - expected).abs() < 1e-7, "{y} is not {expected} at {x}");
         }
-        let ends = [
-            0.0,
-            100.0,
-            1e30,
-            f32::INFINITY,
-            -100.0,
-            -1e30,
-            f32::NEG_INFINITY,
-        ];
+        let ends = [0.0, 100.0, 1e30, f32::INFINITY, -100.0, -1e30, f32::NEG_INFINITY];
         assert_eq!(sigmoids(&ends), [0.5, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     }
 

@@ -198,20 +198,12 @@ fn line(x: &[f32], width: usize, index: usize) -> &[f32] {
 
 /// Channels of a source `[batch, channels, pixels]` of `len` elements.
 fn channels(len: usize, batch: usize, pixels: usize) -> usize {
-    assert_eq!(
-        len % (batch * pixels),
-        0,
-        "{len} is not a multiple of {batch}·{pixels}"
-    );
+    assert_eq!(len % (batch * pixels), 0, "{len} is not a multiple of {batch}·{pixels}");
     len / (batch * pixels)
 }
 
 fn assert_planes(large: usize, large_plane: usize, small: usize, small_plane: usize) {
-    assert_eq!(
-        large % large_plane,
-        0,
-        "{large} is not a multiple of {large_plane}"
-    );
+    assert_eq!(large % large_plane, 0, "{large} is not a multiple of {large_plane}");
     assert_eq!(small, large / large_plane * small_plane);
 }
 
@@ -221,16 +213,8 @@ mod tests {
     use crate::kernels::chunks::tests::{assert_independent_of_threads, dot, noise};
     use proptest::prelude::*;
 
-    const SIZES: [[usize; 2]; 8] = [
-        [1, 1],
-        [1, 2],
-        [3, 5],
-        [4, 1],
-        [6, 4],
-        [17, 64],
-        [127, 127],
-        [128, 128],
-    ];
+    const SIZES: [[usize; 2]; 8] =
+        [[1, 1], [1, 2], [3, 5], [4, 1], [6, 4], [17, 64], [127, 127], [128, 128]];
 
     /// For each result of an axis, its sources and their weights before edges are repeated.
     type Taps = fn(isize) -> Vec<(isize, f64)>;
@@ -285,9 +269,8 @@ mod tests {
             let x = noise(3 * h * w, 1);
             let expected = x.chunks(h * w);
             let to = [h.div_ceil(2), w.div_ceil(2)];
-            let expected: Vec<f64> = expected
-                .flat_map(|plane| filtered(plane, [h, w], BINOMIAL, to))
-                .collect();
+            let expected: Vec<f64> =
+                expected.flat_map(|plane| filtered(plane, [h, w], BINOMIAL, to)).collect();
             assert_close(&pooled(&x, 3, [h, w]), &expected, &format!("{h}×{w}"));
         }
     }
@@ -310,10 +293,7 @@ mod tests {
         let (first, second) = (noise(batch * c1 * h * w, 3), noise(batch * c2 * h * w, 4));
         let pictures = first.chunks(c1 * h * w).zip(second.chunks(c2 * h * w));
         let joined: Vec<f32> = pictures.flat_map(|(a, b)| [a, b].concat()).collect();
-        assert_eq!(
-            doubled(batch, [h, w], &first, &second),
-            doubled(batch, [h, w], &joined, &[])
-        );
+        assert_eq!(doubled(batch, [h, w], &first, &second), doubled(batch, [h, w], &joined, &[]));
     }
 
     #[test]

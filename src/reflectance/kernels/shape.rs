@@ -68,11 +68,7 @@ impl Shape {
 
     /// The same convolution seen from its output.
     pub(super) fn reversed(&self) -> Self {
-        Self {
-            inputs: self.outputs,
-            outputs: self.inputs,
-            ..*self
-        }
+        Self { inputs: self.outputs, outputs: self.inputs, ..*self }
     }
 
     /// Rows of a band, by the shape alone so that no result depends on the number of threads: few
@@ -82,8 +78,6 @@ impl Shape {
         let channels = self.inputs.max(self.outputs);
         let rows = CACHED / (channels * (self.width + self.radius())).max(1);
         let most = (self.height.div_ceil(16)).max(8);
-        rows.saturating_sub(2 * self.radius())
-            .clamp(2, most)
-            .min(self.height)
+        rows.saturating_sub(2 * self.radius()).clamp(2, most).min(self.height)
     }
 }

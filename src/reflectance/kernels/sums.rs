@@ -87,11 +87,7 @@ mod tests {
     #[test]
     fn pairs_are_summed_as_in_f64() {
         let (a, b) = (noise(4001, 1), noise(4001, 2));
-        let expected: f64 = a
-            .iter()
-            .zip(&b)
-            .map(|(&a, &b)| f64::from(a - b).powi(2))
-            .sum();
+        let expected: f64 = a.iter().zip(&b).map(|(&a, &b)| f64::from(a - b).powi(2)).sum();
         let sum = sum_of_pairs(&a, &b, |a, b| (a - b) * (a - b));
         assert!((sum / expected - 1.0).abs() < 1e-6);
     }

@@ -49,9 +49,7 @@ fn strided(x: &Tensor<4>) -> Tensor<4> {
     let [n, c, h, w] = x.dims();
     let turned = x.clone().permute([3, 1, 0, 2]);
     let data = turned.into_data();
-    Tensor::<4>::from_data(data, &x.device())
-        .reshape([w, c, n, h])
-        .permute([2, 1, 3, 0])
+    Tensor::<4>::from_data(data, &x.device()).reshape([w, c, n, h]).permute([2, 1, 3, 0])
 }
 
 /// A layer with random weights and biases.
@@ -125,45 +123,21 @@ fn check_within(bound: f32, case: Case, activation: Activation, precision: Preci
     let (ours, burns) = (gradients(ours), gradients(burns));
     for ((ours, burns), channels) in ours.0.into_iter().zip(burns.0).zip(case.inputs) {
         if channels > 0 {
-            assert_within(
-                bound,
-                &format!("{what}, by the input"),
-                ours.unwrap(),
-                burns.unwrap(),
-            );
+            assert_within(bound, &format!("{what}, by the input"), ours.unwrap(), burns.unwrap());
         }
     }
     // Each is a sum over all pixels.
     let terms = case.batch * case.size[0] * case.size[1];
     let size = 0.5 * (terms as f32).sqrt();
-    assert_sums(
-        bound,
-        size,
-        &format!("{what}, by the weights"),
-        ours.1,
-        burns.1,
-    );
-    assert_sums(
-        bound,
-        size,
-        &format!("{what}, by the biases"),
-        ours.2,
-        burns.2,
-    );
+    assert_sums(bound, size, &format!("{what}, by the weights"), ours.1, burns.1);
+    assert_sums(bound, size, &format!("{what}, by the biases"), ours.2, burns.2);
 }
 
 /// On processors without tile registers this is the f32 path once more.
 #[test]
 fn split_and_half_precision_are_as_close_as_they_say() {
     for (inputs, outputs, size) in [([64, 0], 123, [40, 40]), ([96, 32], 32, [17, 33])] {
-        let case = Case {
-            batch: 2,
-            inputs,
-            outputs,
-            size,
-            kernel: 3,
-            strided: false,
-        };
+        let case = Case { batch: 2, inputs, outputs, size, kernel: 3, strided: false };
         for activation in [Activation::None, Activation::LeakyRelu(0.2)] {
             check_within(CLOSE, case, activation, Precision::Split);
         }
@@ -293,9 +267,7 @@ fn normalization_and_its_gradients_are_those_of_burn() {
         let mut norm = GroupNormConfig::new(groups, channels).init(&device);
         norm.gamma = Some(Param::from_tensor(random([channels], &device)));
         norm.beta = Some(Param::from_tensor(random([channels], &device)));
-        let x = (random([batch, channels, h, w], &device) * 3.0 + 1.0)
-            .detach()
-            .require_grad();
+        let x = (random([batch, channels, h, w], &device) * 3.0 + 1.0).detach().require_grad();
         let ours = group_norm(x.clone(), &norm, 0.2);
         let burns = norm.forward(x.clone());
         let towards = random_away_from_kinks(&burns);
@@ -341,10 +313,7 @@ fn batch_normalisation_of_a_batch_of_one_is_finite_where_nothing_varies() {
             x.inner().narrow(2, 0, 1).narrow(3, 0, 1).reshape([5]),
         );
         let variances = values(norm.running_var.value());
-        assert!(
-            variances.iter().all(|v| (v - 0.9).abs() < 1e-4),
-            "{variances:?}"
-        );
+        assert!(variances.iter().all(|v| (v - 0.9).abs() < 1e-4), "{variances:?}");
     }
     test_support::shown!(Network, "Batch normalisation of one picture, of one value, and of pictures of one colour",
  danger: "the variance is 0, and its root divides", done: "an ε is added to the variance; gradients of what does not vary are 0",
@@ -417,14 +386,7 @@ fn some_outputs_are_those_of_all() {
     let layer = layer(20, 9, 3, &device);
     let x = random([1, 20, 40, 24], &device);
     let named = [7, 0, 3];
-    let some = some_outputs(
-        x.clone(),
-        None,
-        &layer,
-        &named,
-        Activation::Sigmoid,
-        Precision::Full,
-    );
+    let some = some_outputs(x.clone(), None, &layer, &named, Activation::Sigmoid, Precision::Full);
     let all = convolution(x, None, &layer, Activation::Sigmoid, Precision::Full);
     let taken = named.map(|o| all.clone().narrow(1, o, 1)).to_vec();
     assert_close("some outputs", some.clone(), Tensor::cat(taken, 1));
@@ -441,18 +403,10 @@ fn convolutions_at_once_do_not_disturb_each_other() {
     // A thread that waits for a part of one may begin another, whose buffers must not be the same.
     let device = Device::flex().autodiff();
     let layer = layer(48, 40, 3, &device);
-    let inputs: Vec<_> = (0..24)
-        .map(|i| random([1, 48, 8 + i, 30], &device))
-        .collect();
+    let inputs: Vec<_> = (0..24).map(|i| random([1, 48, 8 + i, 30], &device)).collect();
     let run = |x: &Tensor<4>, precision| {
         let x = x.clone().require_grad();
-        let y = convolution(
-            x.clone(),
-            None,
-            &layer,
-            Activation::LeakyRelu(0.2),
-            precision,
-        );
+        let y = convolution(x.clone(), None, &layer, Activation::LeakyRelu(0.2), precision);
         let gradients = (y.clone() * y.clone()).sum().backward();
         [values(y), values(x.grad(&gradients).unwrap())]
     };

@@ -45,9 +45,7 @@ impl Packed {
         let mut values = vec![[0.0; ROWS]; rows.div_ceil(ROWS) * length];
         let blocks = values.par_chunks_mut(length).enumerate();
         let least = (WORTH_A_THREAD / (ROWS * length)).max(1);
-        blocks
-            .with_min_len(least)
-            .for_each(|(block, values)| pack(block, values));
+        blocks.with_min_len(least).for_each(|(block, values)| pack(block, values));
         Self { values, length }
     }
 
@@ -113,11 +111,7 @@ impl Product<'_> {
         // With AVX2 sums, right factors and the broadcast take all registers. Whether the compiler keeps them there hangs on
         // the shape of these loops: `make bench` shows it, a spill costs half the speed.
         let Self { left, right, start } = *self;
-        let Factor {
-            values,
-            channel_stride,
-            taps,
-        } = right;
+        let Factor { values, channel_stride, taps } = right;
         let mut sums = [[simd.splat_f32s(0.0); V]; ROWS];
         for (sums, start) in sums.iter_mut().zip(start) {
             *sums = [simd.splat_f32s(start); V];

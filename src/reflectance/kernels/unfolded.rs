@@ -152,13 +152,7 @@ pub fn by_weights(
         let parts = weight.par_chunks_mut(part * columns);
         let parts = parts.zip(gradient.par_chunks(part * pixels));
         parts.for_each(|(weight, gradient)| {
-            arch().dispatch(ByWeights {
-                gradient,
-                unfolded: &unfolded,
-                pixels,
-                columns,
-                weight,
-            });
+            arch().dispatch(ByWeights { gradient, unfolded: &unfolded, pixels, columns, weight });
         });
     }
     (weight, bias)
@@ -194,11 +188,7 @@ impl WithSimd for ByWeights<'_> {
             let run = step.min(self.columns - column);
             let blocks = self.weight.chunks_mut(ROWS * self.columns);
             for (block, weight) in blocks.enumerate() {
-                let product = tile::Product {
-                    left: left.block(block),
-                    right,
-                    start: [0.0; ROWS],
-                };
+                let product = tile::Product { left: left.block(block), right, start: [0.0; ROWS] };
                 product.fill(simd, column, &mut tile);
                 for (weight, sums) in weight.chunks_exact_mut(self.columns).zip(&tile) {
                     add(&mut weight[column..][..run], &sums[..run]);
@@ -219,10 +209,7 @@ pub fn by_input(
     before: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
     input: &mut [f32],
 ) {
-    for (picture, input) in input
-        .chunks_exact_mut(shape.inputs * shape.plane())
-        .enumerate()
-    {
+    for (picture, input) in input.chunks_exact_mut(shape.inputs * shape.plane()).enumerate() {
         fold(shape, weight, &gradient(shape, picture, &before), input);
     }
 }
@@ -285,11 +272,7 @@ impl WithSimd for SpreadGradient<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let step = tile::positions::<S>();
-        let right = Factor {
-            values: self.weight,
-            channel_stride: self.columns,
-            taps: &[0],
-        };
+        let right = Factor { values: self.weight, channel_stride: self.columns, taps: &[0] };
         let mut tile: Tile = [[0.0; MAX_POSITIONS]; ROWS];
         let last = self.columns.min(self.first + COLUMNS);
         for column in (self.first..last).step_by(step) {

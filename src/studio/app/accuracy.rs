@@ -14,10 +14,7 @@ impl StudioApp {
                 let device = self.device;
                 let done = self.session.run(|project| Job::Tradeoff {
                     project: project.root.clone(),
-                    settings: Box::new(TradeoffSettings {
-                        device,
-                        ..*settings
-                    }),
+                    settings: Box::new(TradeoffSettings { device, ..*settings }),
                 });
                 self.refuse_unless(done);
             }

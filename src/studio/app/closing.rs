@@ -39,9 +39,9 @@ impl StudioApp {
             (Some(name), _) if !is_movie(name) => Some(format!(
                 "{name} is {share:.0} % done. Finished stills stay; resume it with \u{201c}Resume a stopped export\u{201d}."
             )),
-            (Some(name), _) => Some(format!(
-                "{name} is {share:.0} % done. An unfinished movie is lost."
-            )),
+            (Some(name), _) => {
+                Some(format!("{name} is {share:.0} % done. An unfinished movie is lost."))
+            }
             (None, Some(job)) => Some(format!(
                 "{}: {} at {share:.0} %. It stops; what is saved stays.",
                 capitalized(job.what),

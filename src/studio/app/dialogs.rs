@@ -36,13 +36,7 @@ struct Ask {
 
 impl Ask {
     fn new(wanted: Wanted, title: &'static str) -> Self {
-        Self {
-            title,
-            wanted,
-            filter: None,
-            folder: None,
-            name: None,
-        }
+        Self { title, wanted, filter: None, folder: None, name: None }
     }
 
     /// A file to write, of this name unless another one is chosen.
@@ -100,12 +94,7 @@ pub struct Dialogs {
 impl Dialogs {
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
         let (end, ended) = channel();
-        Self {
-            count: 0,
-            wake: Arc::new(wake),
-            end,
-            ended,
-        }
+        Self { count: 0, wake: Arc::new(wake), end, ended }
     }
 
     /// Shows a dialog; returns its number.
@@ -208,10 +197,9 @@ impl StudioApp {
             Dialog::ComparisonTruth => folder("Compare with truth"),
             Dialog::Project => folder("Open a project"),
             Dialog::Shoot => folder("Choose the shoot's folder"),
-            Dialog::ShootPart(_) => Some(Ask::new(
-                Wanted::Files,
-                "Choose a movie, or the first picture of a sequence",
-            )),
+            Dialog::ShootPart(_) => {
+                Some(Ask::new(Wanted::Files, "Choose a movie, or the first picture of a sequence"))
+            }
             Dialog::ProjectFolder => folder("Choose the project's folder"),
             Dialog::ShootLocation => folder("Locate the project's shoot"),
             Dialog::Destination => {
@@ -226,11 +214,9 @@ impl StudioApp {
             }
             Dialog::FarmFolder(_) => folder("Choose a folder that the farm sees"),
             Dialog::Truth => folder("Choose a folder with truth"),
-            Dialog::ReportPage => Some(Ask::new_file(
-                "Save the report",
-                ("Web page", &["html"]),
-                "review.html",
-            )),
+            Dialog::ReportPage => {
+                Some(Ask::new_file("Save the report", ("Web page", &["html"]), "review.html"))
+            }
             Dialog::MachineReport => Some(Ask::new_file(
                 "Save the performance of this machine",
                 ("Markdown", &["md"]),
@@ -264,10 +250,7 @@ impl StudioApp {
             Dialog::ProjectFolder => {
                 let plan = self.picker.wizard.plan().cloned().unwrap_or_default();
                 let folder = plain(&folder_of(first));
-                Command::Project(ProjectCommand::Plan(Some(Box::new(Plan {
-                    folder,
-                    ..plan
-                }))))
+                Command::Project(ProjectCommand::Plan(Some(Box::new(Plan { folder, ..plan }))))
             }
             Dialog::ShootLocation => Command::Project(ProjectCommand::Locate(folder_of(first))),
             Dialog::Destination => Command::Export(ExportCommand::Destination(first)),

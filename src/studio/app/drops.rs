@@ -20,13 +20,8 @@ const FILES: [&str; 2] = ["project.toml", "manifest.json"];
 impl StudioApp {
     /// The commands for what was dropped: panoramas, projects and shoots.
     pub(super) fn dropped(&mut self, out: &mut Vec<Command>) {
-        let dropped = self
-            .ctx
-            .input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
-        let paths: Vec<PathBuf> = dropped
-            .iter()
-            .map(|file| file.path().to_path_buf())
-            .collect();
+        let dropped = self.ctx.input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
+        let paths: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
         // Beside a dialog, what is dropped is what was to be chosen.
         if let Some(entry) = self.state.path.as_mut().filter(|_| !paths.is_empty()) {
             if entry.wanted != Wanted::NewFile {
@@ -45,11 +40,7 @@ impl StudioApp {
         if !panoramas.is_empty() {
             out.push(Command::Look(LookCommand::AddEnvironments(panoramas)));
         }
-        out.extend(
-            others
-                .into_iter()
-                .filter_map(|path| self.dropped_folder(path)),
-        );
+        out.extend(others.into_iter().filter_map(|path| self.dropped_folder(path)));
     }
 
     /// What was dropped, unless it was brought to the plan for a new project: while that is shown, or if it is a movie.
@@ -117,15 +108,11 @@ pub(super) fn folder_of(path: PathBuf) -> PathBuf {
 fn is_part(path: &Path) -> bool {
     const OTHERS: [&str; 2] = ["lp", "dpx"];
     let extension = path.extension().unwrap_or_default();
-    let is_other = OTHERS
-        .iter()
-        .any(|known| extension.eq_ignore_ascii_case(known));
+    let is_other = OTHERS.iter().any(|known| extension.eq_ignore_ascii_case(known));
     path.is_dir() || movies::is_movie(path) || is_panorama(path) || is_other
 }
 
 fn is_panorama(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default();
-    PANORAMAS
-        .iter()
-        .any(|known| extension.eq_ignore_ascii_case(known))
+    PANORAMAS.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }

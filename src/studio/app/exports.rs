@@ -33,11 +33,7 @@ struct Ahead {
 
 impl Exports {
     pub fn new(wake: impl Fn() + Send + 'static) -> Self {
-        Self {
-            queue: Vec::new(),
-            destination: DestinationCheck::new(wake),
-            ahead: Vec::new(),
-        }
+        Self { queue: Vec::new(), destination: DestinationCheck::new(wake), ahead: Vec::new() }
     }
 
     /// Takes in the queue as it is now.
@@ -192,9 +188,7 @@ impl StudioApp {
         let id = worker.export(name(&to), move |progress| {
             let report = relight(&project, &settings, progress)?;
             let (first, last) = frames;
-            let file = Destination::parse(&report.output)?
-                .files(first, last)
-                .next();
+            let file = Destination::parse(&report.output)?.files(first, last).next();
             let file = file.unwrap_or_default();
             Ok(WrittenExport {
                 name: name(&report.output),
@@ -234,10 +228,7 @@ mod tests {
 
     #[test]
     fn stills_are_called_by_their_first_and_last() {
-        assert_eq!(
-            title("a/exports/clay.%04d.png", (0, 7)),
-            "clay.0000–0007.png"
-        );
+        assert_eq!(title("a/exports/clay.%04d.png", (0, 7)), "clay.0000–0007.png");
         assert_eq!(title("clay.%04d.exr", (3, 3)), "clay.0003.exr");
         assert_eq!(title("clay_%d.png", (8, 12)), "clay_8–12.png");
         assert_eq!(title("clay.mov", (0, 7)), "clay.mov");

@@ -28,10 +28,7 @@ impl StudioApp {
     }
 
     fn nudge_circle(&mut self, by: [f64; 2], radius: f64) -> Result<(), String> {
-        let Circle {
-            center_px: [x, y],
-            radius_px,
-        } = self.readers.analysis.circle(&self.state)?;
+        let Circle { center_px: [x, y], radius_px } = self.readers.analysis.circle(&self.state)?;
         let moved = Circle::new([x + by[0], y + by[1]], radius_px + radius);
         let moved = moved.map_err(|e| e.to_string())?;
         self.state.change(LookCommand::Circle(Some(moved)));
@@ -45,10 +42,7 @@ impl StudioApp {
     }
 
     fn calibrate(&self, settings: CalibrateSettings) -> Result<(), String> {
-        self.session.run(|project| Job::Calibrate {
-            project: project.root.clone(),
-            settings,
-        })
+        self.session.run(|project| Job::Calibrate { project: project.root.clone(), settings })
     }
 
     pub(super) fn apply_to_training(&mut self, command: TrainingCommand) {
@@ -69,28 +63,18 @@ impl StudioApp {
 
     /// Trains with the chosen settings.
     fn train(&self, fresh: bool) -> Result<(), String> {
-        let project = self
-            .session
-            .project
-            .as_ref()
-            .ok_or("Open a project first")?;
+        let project = self.session.project.as_ref().ok_or("Open a project first")?;
         let training = &self.readers.training;
         let choice = training.choice(self.state.look.training, project);
         if let (Some(refusal), false) = (training.refusal(&choice, project), fresh) {
             return Err(refusal);
         }
         let settings = training.settings(&choice, fresh, self.device);
-        self.session.run(|project| Job::Train {
-            project: project.root.clone(),
-            settings,
-        })
+        self.session.run(|project| Job::Train { project: project.root.clone(), settings })
     }
 
     fn go_back(&mut self, to: String) -> Result<(), String> {
-        self.session.run(|project| Job::GoBack {
-            project: project.root.clone(),
-            to,
-        })?;
+        self.session.run(|project| Job::GoBack { project: project.root.clone(), to })?;
         self.readers.training.pictures = None;
         Ok(())
     }

@@ -32,9 +32,7 @@ impl StudioApp {
             }
             LightsCommand::RenameGroup(index, name) => {
                 if lighting.groups.iter().any(|group| group.name == name) {
-                    return Err(format!(
-                        "A group is called {name} already. Choose another name"
-                    ));
+                    return Err(format!("A group is called {name} already. Choose another name"));
                 }
                 if let Some(group) = lighting.groups.get_mut(index) {
                     let before = std::mem::replace(&mut group.name, name.clone());
@@ -76,10 +74,7 @@ impl StudioApp {
 
 /// Brings the lights of one group into another, or into none.
 fn regroup(lighting: &mut Lighting, from: &str, to: &str) {
-    let inside = lighting
-        .placed
-        .iter_mut()
-        .filter(|light| light.group == from);
+    let inside = lighting.placed.iter_mut().filter(|light| light.group == from);
     inside.for_each(|light| to.clone_into(&mut light.group));
 }
 
@@ -90,10 +85,7 @@ mod tests {
 
     #[test]
     fn lights_of_other_groups_stay_where_they_are() {
-        let light = |group: &str| PlacedLight {
-            group: group.to_owned(),
-            ..PlacedLight::default()
-        };
+        let light = |group: &str| PlacedLight { group: group.to_owned(), ..PlacedLight::default() };
         let mut lighting = Lighting {
             placed: vec![light("Left"), light(""), light("Left")],
             ..Lighting::default()

@@ -43,14 +43,9 @@ impl StudioApp {
                 let names = self.names(id.shelf);
                 let taken = |one: &&LookName| one.is_like(&name) && **one != id.name;
                 if let Some(taken) = names.iter().find(taken) {
-                    return Err(format!(
-                        "A look is called {taken} already. Choose another name"
-                    ));
+                    return Err(format!("A look is called {taken} already. Choose another name"));
                 }
-                let to = LookId {
-                    shelf: id.shelf,
-                    name: name.clone(),
-                };
+                let to = LookId { shelf: id.shelf, name: name.clone() };
                 self.state.four.rename(&id, &to);
                 self.state.compare.rename(&id, &to);
                 if let Some((current, _)) = &mut self.looks.current
@@ -58,17 +53,14 @@ impl StudioApp {
                 {
                     *current = to;
                 }
-                self.looks.act(id.shelf, move |shelf| {
-                    shelf.rename(&id.name, &name).map(|()| None)
-                });
+                self.looks.act(id.shelf, move |shelf| shelf.rename(&id.name, &name).map(|()| None));
             }
             LooksCommand::Duplicate(id) => {
                 self.writable(id.shelf)?;
                 let taken: Vec<LookName> = self.names(id.shelf);
                 let copy = id.name.free(&taken);
-                self.looks.act(id.shelf, move |shelf| {
-                    shelf.copy(shelf, &id.name, &copy).map(|()| None)
-                });
+                self.looks
+                    .act(id.shelf, move |shelf| shelf.copy(shelf, &id.name, &copy).map(|()| None));
             }
             LooksCommand::Remove(id) => {
                 self.writable(id.shelf)?;
@@ -79,9 +71,7 @@ impl StudioApp {
             }
             LooksCommand::BringBack(id) => {
                 self.writable(id.shelf)?;
-                self.looks.act(id.shelf, move |shelf| {
-                    shelf.bring_back(&id.name).map(|_| None)
-                });
+                self.looks.act(id.shelf, move |shelf| shelf.bring_back(&id.name).map(|_| None));
             }
             LooksCommand::Copy(id) => self.copy_look(id)?,
             LooksCommand::SaveAs(id) => {
@@ -108,10 +98,10 @@ impl StudioApp {
     fn writable(&self, shelf: Shelf) -> Result<(), String> {
         match (shelf, &self.session.read_only) {
             (Shelf::Project, Some(why)) => Err(format!("No look can be stored here: {why}")),
-            (Shelf::Person, _) if self.looks.shelf(shelf).is_none() => Err(
-                "There is no folder for settings, so no look can be kept for all projects"
-                    .to_owned(),
-            ),
+            (Shelf::Person, _) if self.looks.shelf(shelf).is_none() => {
+                Err("There is no folder for settings, so no look can be kept for all projects"
+                    .to_owned())
+            }
             _ => Ok(()),
         }
     }
@@ -174,9 +164,8 @@ impl StudioApp {
                     app.show_look(look.clone());
                     // Without a name that a folder can have it is shown alone.
                     if let (Some(name), Ok(())) = (name, app.writable(Shelf::Project)) {
-                        (app.looks).act(Shelf::Project, move |shelf| {
-                            shelf.store(&name, &look).map(Some)
-                        });
+                        (app.looks)
+                            .act(Shelf::Project, move |shelf| shelf.store(&name, &look).map(Some));
                     }
                 }
                 Err(e) => app.status.refuse(e.to_string()),
@@ -291,8 +280,6 @@ impl StudioApp {
         let (name, number, shelf) = (id.name.clone(), *number, id.shelf);
         // It is tried once: what cannot be written now would fail at every frame.
         self.looks.drawn = self.looks.current.clone();
-        self.looks.act(shelf, move |shelf| {
-            shelf.draw(&name, number, &picture).map(|()| None)
-        });
+        self.looks.act(shelf, move |shelf| shelf.draw(&name, number, &picture).map(|()| None));
     }
 }

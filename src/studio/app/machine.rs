@@ -19,10 +19,7 @@ pub struct Machine {
 
 impl Machine {
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
-        Self {
-            known: Arc::new(Latest::new(wake)),
-            report: None,
-        }
+        Self { known: Arc::new(Latest::new(wake)), report: None }
     }
 
     /// Takes in what was measured since the last call.
@@ -55,10 +52,7 @@ impl StudioApp {
             program.map_err(|e| format!("This program is not found: {}", io_words(&e)))?;
         self.session.run(|_| Job::Device {
             program,
-            settings: DeviceSettings {
-                minutes,
-                ..DeviceSettings::default()
-            },
+            settings: DeviceSettings { minutes, ..DeviceSettings::default() },
             known: Some(self.machine.known.clone()),
         })
     }

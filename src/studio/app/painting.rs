@@ -70,10 +70,7 @@ impl StudioApp {
         if self.readers.matte.takes_make() {
             let done = self.session.run(|project| Job::Matte {
                 project: project.root.clone(),
-                settings: MatteSettings {
-                    replace: true,
-                    ..MatteSettings::default()
-                },
+                settings: MatteSettings { replace: true, ..MatteSettings::default() },
             });
             self.refuse_unless(done);
         }

@@ -47,10 +47,7 @@ struct Shortcuts {
 impl Preview {
     /// One whose pictures are drawn by a window that shares its GPU with the network, or not.
     pub fn drawn_by(shares_gpu: bool) -> Self {
-        Self {
-            shares_gpu,
-            ..Self::default()
-        }
+        Self { shares_gpu, ..Self::default() }
     }
 
     /// Forgets the picture and what was asked for.

@@ -51,11 +51,7 @@ impl StudioApp {
             ProjectCommand::Make => match self.picker.wizard.job() {
                 Ok((job, project)) => {
                     let gathered = self.picker.wizard.plan().is_some_and(Plan::is_gathered);
-                    let parts = if gathered {
-                        self.picker.wizard.gathered()
-                    } else {
-                        vec![]
-                    };
+                    let parts = if gathered { self.picker.wizard.gathered() } else { vec![] };
                     let parts = parts.into_iter().map(|(slot, part)| (slot, part.clone()));
                     self.make(job, project, parts.collect());
                 }
@@ -105,11 +101,7 @@ impl StudioApp {
         let ends = self.would_end();
         if !agreed && !ends.is_empty() {
             let folder = project.root;
-            self.state.leaving = Some(Leaving {
-                folder,
-                again,
-                ends,
-            });
+            self.state.leaving = Some(Leaving { folder, again, ends });
             return;
         }
         let title = title(Some(&project));
@@ -152,12 +144,7 @@ impl StudioApp {
     fn make(&mut self, job: Job, project: PathBuf, parts: Vec<(Slot, Candidate)>) {
         let wake = self.wake();
         let worker = self.session.worker.get_or_insert_with(|| {
-            let nothing = || {
-                Err(Blocked {
-                    sentence: String::new(),
-                    need: None,
-                })
-            };
+            let nothing = || Err(Blocked { sentence: String::new(), need: None });
             Worker::over(nothing, wake)
         });
         let made = self.picker.made.clone();

@@ -89,8 +89,7 @@ impl Readers {
         }
         (self.footage).ask_thumbnails(project, shown, wake.clone());
         if let (Some(relit), Some(pixel)) = (relit, state.probed) {
-            self.inspector
-                .ask(&relit.predicted, pixel, shown, wake.clone());
+            self.inspector.ask(&relit.predicted, pixel, shown, wake.clone());
         }
         if let (Some(relit), Some(pixel)) = (relit, state.probed)
             && (state.aims && !state.playing && shown.contains(&Pane::Picture))

@@ -41,10 +41,7 @@ impl StudioApp {
             report,
             device: self.device,
         };
-        self.session.run(|project| Job::Review {
-            project: project.root.clone(),
-            settings,
-        })
+        self.session.run(|project| Job::Review { project: project.root.clone(), settings })
     }
 
     fn mark(&mut self, marked: MarkedOlat) -> Result<(), String> {

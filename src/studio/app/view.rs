@@ -97,10 +97,7 @@ impl WindowView {
                 let offer = context.project.is_none().then_some(Pane::Project);
                 view.alone_ui(ui, offer.unwrap_or(main));
             }
-            Drawn {
-                panes: view.drawn,
-                layout_edited: view.edited,
-            }
+            Drawn { panes: view.drawn, layout_edited: view.edited }
         });
         JobPanel.notices_ui(ui, context, whole, out);
         if state.keys {
@@ -125,9 +122,7 @@ impl WindowView {
 }
 
 fn bar(margin: i8) -> Frame {
-    Frame::new()
-        .fill(theme::PANEL)
-        .inner_margin(Margin::symmetric(12, margin))
+    Frame::new().fill(theme::PANEL).inner_margin(Margin::symmetric(12, margin))
 }
 
 /// The lines around the panes.

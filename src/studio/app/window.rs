@@ -22,12 +22,10 @@ impl StudioApp {
             }
             WindowCommand::ShowPane(pane) => {
                 state.active = pane;
-                self.autosave
-                    .edit_layout(|layout| layout.open(workspace, pane));
+                self.autosave.edit_layout(|layout| layout.open(workspace, pane));
             }
             WindowCommand::ClosePane(pane) => {
-                self.autosave
-                    .edit_layout(|layout| layout.close(workspace, pane));
+                self.autosave.edit_layout(|layout| layout.close(workspace, pane));
             }
             WindowCommand::Activate(pane) => state.active = pane,
             WindowCommand::ResetLayout => {

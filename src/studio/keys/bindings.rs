@@ -24,12 +24,7 @@ pub struct Binding {
 }
 
 const fn on(modifiers: Modifiers, key: Key, command: Command, label: &'static str) -> Binding {
-    Binding {
-        shortcut: KeyboardShortcut::new(modifiers, key),
-        command,
-        label,
-        only: None,
-    }
+    Binding { shortcut: KeyboardShortcut::new(modifiers, key), command, label, only: None }
 }
 
 /// A key of one pane.
@@ -40,12 +35,7 @@ const fn within(
     command: Command,
     label: &'static str,
 ) -> Binding {
-    Binding {
-        shortcut: KeyboardShortcut::new(modifiers, key),
-        command,
-        label,
-        only: Some(pane),
-    }
+    Binding { shortcut: KeyboardShortcut::new(modifiers, key), command, label, only: Some(pane) }
 }
 
 const fn workspace(workspace: Workspace) -> Command {

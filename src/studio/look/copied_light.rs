@@ -19,10 +19,7 @@ pub struct CopiedLight {
 impl From<PlacedLight> for CopiedLight {
     /// One without keys.
     fn from(light: PlacedLight) -> Self {
-        Self {
-            light,
-            keys: Animation::default(),
-        }
+        Self { light, keys: Animation::default() }
     }
 }
 
@@ -65,8 +62,7 @@ impl LookSettings {
         lighting.placed.push(added);
         for (setting, keys) in keys.lanes() {
             if let Setting::Light(_, setting) = setting {
-                self.animation
-                    .set(Setting::Light(id, setting), keys.clone());
+                self.animation.set(Setting::Light(id, setting), keys.clone());
             }
         }
         // A text may hold any number.
@@ -115,10 +111,7 @@ mod tests {
                 yaw_deg: -90.0,
                 ..PlacedLight::default()
             }],
-            groups: vec![LightGroup {
-                name: "Left".to_owned(),
-                ..LightGroup::default()
-            }],
+            groups: vec![LightGroup { name: "Left".to_owned(), ..LightGroup::default() }],
             ..Lighting::default()
         };
         s.change(LookCommand::Lighting(Box::new(lighting)));
@@ -145,11 +138,7 @@ mod tests {
         }
         let lights = &s.look.lighting.placed;
         let names: Vec<_> = lights.iter().map(|l| (l.id, &*l.name, &*l.group)).collect();
-        let expected = [
-            (1, "Key", "Left"),
-            (2, "Key 2", "Left"),
-            (3, "Key 3", "Left"),
-        ];
+        let expected = [(1, "Key", "Left"), (2, "Key 2", "Left"), (3, "Key 3", "Left")];
         assert_eq!(names, expected);
         let yaw = |id| Setting::Light(id, LightSetting::Yaw);
         assert_eq!(s.look.keys(yaw(3)), s.look.keys(yaw(1)));
@@ -189,13 +178,7 @@ mod tests {
         add(&mut s, CopiedLight::of_text(far).unwrap());
         let light = &s.look.lighting.placed[1];
         assert_eq!(
-            (
-                light.id,
-                light.pitch_deg,
-                light.radius_deg,
-                light.intensity,
-                light.color[0]
-            ),
+            (light.id, light.pitch_deg, light.radius_deg, light.intensity, light.color[0]),
             (2, 90.0, 0.0, 1e4, 0.5)
         );
         assert!(!s.look.is_keyed(Setting::Yaw), "it is none of a light");

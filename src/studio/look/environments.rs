@@ -34,10 +34,7 @@ impl LookSettings {
     /// Removes an added environment from the list. The one that is shown stays, unless it is this one.
     pub(crate) fn remove(&mut self, place: usize) {
         let list = Arc::make_mut(&mut self.environments);
-        if list
-            .get(place)
-            .is_some_and(|one| one.owner == Owner::Person)
-        {
+        if list.get(place).is_some_and(|one| one.owner == Owner::Person) {
             list.remove(place);
             if self.environment > place || self.environment == list.len() {
                 self.environment -= 1;
@@ -48,10 +45,7 @@ impl LookSettings {
     /// Sets which way is front in a file of the list.
     pub(crate) fn set_front(&mut self, place: usize, front: Option<Front>) {
         let list = Arc::make_mut(&mut self.environments);
-        if let Some(listed) = list
-            .get_mut(place)
-            .filter(|one| one.owner != Owner::Program)
-        {
+        if let Some(listed) = list.get_mut(place).filter(|one| one.owner != Owner::Program) {
             listed.front = front;
         }
     }

@@ -97,13 +97,8 @@ mod tests {
     use light::weights::Weighting;
     use scene::ViewTransform;
 
-    const ALL: [Group; 5] = [
-        Group::Environment,
-        Group::Grade,
-        Group::Lights,
-        Group::Picture,
-        Group::Effects,
-    ];
+    const ALL: [Group; 5] =
+        [Group::Environment, Group::Grade, Group::Lights, Group::Picture, Group::Effects];
 
     #[test]
     fn each_setting_belongs_to_one_group_which_brings_it_back_in_one_step() {
@@ -123,28 +118,16 @@ mod tests {
             (Group::Environment, lighting(|l| l.pitch_deg = 3.0)),
             (Group::Environment, lighting(|l| l.roll_deg = 3.0)),
             (Group::Environment, lighting(|l| l.background_yaw_deg = 3.0)),
-            (
-                Group::Environment,
-                lighting(|l| l.weighting = Weighting::Cells),
-            ),
+            (Group::Environment, lighting(|l| l.weighting = Weighting::Cells)),
             (Group::Grade, LookCommand::ToggleKey(Setting::Intensity)),
             (Group::Grade, lighting(|l| l.intensity_stops = 1.0)),
             (Group::Grade, lighting(|l| l.temperature_k = 3200.0)),
             (Group::Grade, lighting(|l| l.tint = 5.0)),
-            (
-                Group::Lights,
-                lighting(|l| l.placed.push(PlacedLight::default())),
-            ),
+            (Group::Lights, lighting(|l| l.placed.push(PlacedLight::default()))),
             (Group::Grade, LookCommand::ToggleKey(Setting::Tint)),
             (Group::Picture, LookCommand::ToggleKey(Setting::Exposure)),
-            (
-                Group::Effects,
-                LookCommand::ToggleKey(Setting::Effect(scene::Pass::Glare)),
-            ),
-            (
-                Group::Lights,
-                lighting(|l| l.groups.push(light::LightGroup::default())),
-            ),
+            (Group::Effects, LookCommand::ToggleKey(Setting::Effect(scene::Pass::Glare))),
+            (Group::Lights, lighting(|l| l.groups.push(light::LightGroup::default()))),
             (Group::Picture, LookCommand::Exposure(1.0)),
             (Group::Picture, LookCommand::Background(Background::None)),
             (Group::Picture, effects(|e| e.view = ViewTransform::Filmic)),

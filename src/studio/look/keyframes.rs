@@ -61,11 +61,7 @@ impl LookSettings {
                 && value != was
                 && self.keys(of) == before.keys(of)
             {
-                self.set_key(
-                    of,
-                    frame,
-                    nearest_turn(of, f64::from(value), f64::from(was)),
-                );
+                self.set_key(of, frame, nearest_turn(of, f64::from(value), f64::from(was)));
             }
         }
     }
@@ -83,12 +79,7 @@ impl LookSettings {
     pub(crate) fn unwind(&mut self) {
         let lights = self.lighting.placed.iter();
         let lights = lights.map(|light| Setting::Light(light.id, LightSetting::Yaw));
-        let all = [
-            Setting::Yaw,
-            Setting::Pitch,
-            Setting::Roll,
-            Setting::BackgroundYaw,
-        ];
+        let all = [Setting::Yaw, Setting::Pitch, Setting::Roll, Setting::BackgroundYaw];
         let mut all: Vec<Setting> = all.into_iter().chain(lights).collect();
         all.retain(|of| !self.is_keyed(*of));
         for of in all {
@@ -219,10 +210,7 @@ mod tests {
         s.change(LookCommand::Keys(vec![(Setting::Intensity, linear)]));
         s.show(ViewCommand::Frame(5));
         assert_eq!(s.scene().lighting.intensity_stops, 1.0);
-        let warmer = Lighting {
-            temperature_k: 4000.0,
-            ..s.look.lighting.clone()
-        };
+        let warmer = Lighting { temperature_k: 4000.0, ..s.look.lighting.clone() };
         s.change(LookCommand::Lighting(Box::new(warmer)));
         assert_eq!(frames(&s, Setting::Intensity), [0.0, 10.0]);
         let broken = intensity(&s, f32::NAN);
@@ -266,10 +254,7 @@ mod tests {
         lighting.placed[0].color[2] = 0.0;
         at(&mut s, 10, LookCommand::Lighting(Box::new(lighting)));
         at(&mut s, 10, LookCommand::Exposure(-2.0));
-        let dark = Effects {
-            vignette: 0.5,
-            ..Effects::default()
-        };
+        let dark = Effects { vignette: 0.5, ..Effects::default() };
         at(&mut s, 10, LookCommand::Effects(dark));
         s.show(ViewCommand::Frame(5));
         let scene = s.scene();
@@ -321,16 +306,10 @@ mod tests {
         assert_eq!((ids(&s), s.look.is_keyed(of)), (vec![1, 3], false));
         s.change(LookCommand::Undo);
         assert_eq!((ids(&s), frames(&s, of)), (vec![2, 3], vec![0.0, 10.0]));
-        let lost = LookCommand::Keys(vec![(
-            Setting::Light(9, LightSetting::Yaw),
-            "0:1".parse().unwrap(),
-        )]);
+        let lost =
+            LookCommand::Keys(vec![(Setting::Light(9, LightSetting::Yaw), "0:1".parse().unwrap())]);
         at(&mut s, 10, lost);
-        at(
-            &mut s,
-            10,
-            LookCommand::ToggleKey(Setting::Light(9, LightSetting::Yaw)),
-        );
+        at(&mut s, 10, LookCommand::ToggleKey(Setting::Light(9, LightSetting::Yaw)));
         assert_eq!(s.look.animation.lanes().count(), 1);
     }
 
@@ -346,10 +325,7 @@ mod tests {
             assert_eq!(s.look.value(of), Some(442.0));
         }
         at(&mut s, 0, LookCommand::ToggleKey(Setting::Yaw));
-        let none = vec![
-            (Setting::Pitch, Keyframes::NONE),
-            (azimuth, Keyframes::NONE),
-        ];
+        let none = vec![(Setting::Pitch, Keyframes::NONE), (azimuth, Keyframes::NONE)];
         at(&mut s, 0, LookCommand::Keys(none));
         for of in [Setting::Yaw, Setting::Pitch, azimuth] {
             assert_eq!(s.look.value(of), Some(82.0), "{of:?}");
@@ -363,10 +339,7 @@ mod tests {
     fn a_light_that_is_dragged_over_the_seam_goes_on_turning() {
         let mut s = State::new(11, 24.0);
         let added = lights(&s, |lights| {
-            lights.push(PlacedLight {
-                yaw_deg: 170.0,
-                ..PlacedLight::default()
-            });
+            lights.push(PlacedLight { yaw_deg: 170.0, ..PlacedLight::default() });
         });
         at(&mut s, 0, added);
         let of = Setting::Light(1, LightSetting::Yaw);
@@ -383,12 +356,7 @@ mod tests {
     fn a_light_that_is_aimed_by_the_face_gets_keys_if_it_is_animated() {
         let mut s = State::new(11, 24.0);
         let aimed = |frame, direction| {
-            LookCommand::Aim(AimedLight {
-                drag: 1,
-                frame,
-                pixel: [2, 2],
-                direction,
-            })
+            LookCommand::Aim(AimedLight { drag: 1, frame, pixel: [2, 2], direction })
         };
         s.begin_aim(None);
         s.change(aimed(0, Vec3::NEG_X));
@@ -409,12 +377,8 @@ mod tests {
     fn keys_have_values_within_the_range_of_their_setting() {
         let mut s = State::new(11, 24.0);
         s.change(LookCommand::ToggleKey(Setting::Tint));
-        let tint = |tint: f32| {
-            LookCommand::Lighting(Box::new(Lighting {
-                tint,
-                ..Lighting::default()
-            }))
-        };
+        let tint =
+            |tint: f32| LookCommand::Lighting(Box::new(Lighting { tint, ..Lighting::default() }));
         at(&mut s, 4, tint(1e6));
         at(&mut s, 4, tint(f32::NAN));
         assert_eq!(s.look.keys(Setting::Tint).at(4.0), Some(150.0));
@@ -436,15 +400,9 @@ mod tests {
         s.change(moved("3:0"));
         s.change(moved("4:0"));
         s.release();
-        assert_eq!(
-            (frames(&s, of), frames(&s, Setting::Exposure)),
-            (vec![4.0], vec![4.0])
-        );
+        assert_eq!((frames(&s, of), frames(&s, Setting::Exposure)), (vec![4.0], vec![4.0]));
         s.change(LookCommand::Undo);
-        assert_eq!(
-            (frames(&s, of), frames(&s, Setting::Exposure)),
-            (vec![2.0], vec![2.0])
-        );
+        assert_eq!((frames(&s, of), frames(&s, Setting::Exposure)), (vec![2.0], vec![2.0]));
         at(&mut s, 2, LookCommand::Keys(vec![(of, Keyframes::NONE)]));
         at(&mut s, 2, LookCommand::ToggleKey(Setting::Exposure));
         assert!(s.look.animation.is_empty());

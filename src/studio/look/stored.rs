@@ -39,29 +39,22 @@ mod tests {
     use std::path::PathBuf;
 
     fn applied(look: &LookSettings, adds: bool) -> LookCommand {
-        LookCommand::Apply(Box::new(AppliedLook {
-            look: Arc::new(StoredLook::of(look)),
-            adds,
-        }))
+        LookCommand::Apply(Box::new(AppliedLook { look: Arc::new(StoredLook::of(look)), adds }))
     }
 
     #[test]
     fn a_stored_look_is_shown_in_one_step_of_undo() {
         let mut s = State::new(10, 24.0);
-        s.change(LookCommand::AddEnvironments(
-            ["/a.exr", "/b.exr"].map(PathBuf::from).into(),
-        ));
+        s.change(LookCommand::AddEnvironments(["/a.exr", "/b.exr"].map(PathBuf::from).into()));
         s.release();
         s.change(LookCommand::Yaw(33.0));
         s.release();
         s.change(LookCommand::Exposure(1.0));
         s.release();
         let stored = s.look.clone();
-        for command in [
-            LookCommand::Environment(1),
-            LookCommand::Yaw(-5.0),
-            LookCommand::Exposure(0.0),
-        ] {
+        for command in
+            [LookCommand::Environment(1), LookCommand::Yaw(-5.0), LookCommand::Exposure(0.0)]
+        {
             s.change(command);
             s.release();
         }
@@ -103,10 +96,7 @@ mod tests {
         other.release();
         let mut without = other.clone();
         without.change(applied(&one.look, false));
-        assert_eq!(
-            (without.look.environment, without.look.exposure_stops),
-            (0, 1.0)
-        );
+        assert_eq!((without.look.environment, without.look.exposure_stops), (0, 1.0));
         assert_eq!(without.look.environments.len(), 1);
         other.change(applied(&one.look, true));
         let shown = &other.look.environments[other.look.environment];

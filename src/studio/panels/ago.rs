@@ -39,16 +39,8 @@ mod tests {
     #[test]
     fn how_long_ago_is_read_at_a_glance() {
         let hour = 3600;
-        let said = [
-            0,
-            hour,
-            5 * hour,
-            30 * hour,
-            80 * hour,
-            500 * hour,
-            2000 * hour,
-            30_000 * hour,
-        ];
+        let said =
+            [0, hour, 5 * hour, 30 * hour, 80 * hour, 500 * hour, 2000 * hour, 30_000 * hour];
         assert_eq!(
             said.map(ago),
             [
@@ -68,13 +60,7 @@ mod tests {
     fn what_was_just_done_is_told_to_the_minute() {
         let said = [0, 119, 120, 3599, 3600].map(minutes_ago);
         let said = said.each_ref().map(String::as_str);
-        let expected = [
-            "just now",
-            "just now",
-            "2 min ago",
-            "59 min ago",
-            "1 hour ago",
-        ];
+        let expected = ["just now", "just now", "2 min ago", "59 min ago", "1 hour ago"];
         assert_eq!(said, expected);
     }
 }

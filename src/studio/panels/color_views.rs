@@ -57,15 +57,8 @@ pub fn color_views_ui(
         heading_ui(ui, &display.name);
         for view in &display.views {
             let view = Some(view.clone());
-            let choice = ColorChoice {
-                view,
-                ..begin.clone()
-            };
-            choose(
-                ui,
-                choice.view.clone().as_deref().unwrap_or_default(),
-                choice,
-            );
+            let choice = ColorChoice { view, ..begin.clone() };
+            choose(ui, choice.view.clone().as_deref().unwrap_or_default(), choice);
         }
     }
     if names.displays.len() > 1 {
@@ -76,10 +69,7 @@ pub fn color_views_ui(
     }
     if !names.looks.is_empty() {
         heading_ui(ui, "Look");
-        let with = |look: Option<&String>| ColorChoice {
-            look: look.cloned(),
-            ..begin.clone()
-        };
+        let with = |look: Option<&String>| ColorChoice { look: look.cloned(), ..begin.clone() };
         choose(ui, "That of the view", with(None));
         for look in &names.looks {
             choose(ui, look, with(Some(look)));
@@ -123,29 +113,18 @@ mod tests {
             name: name.to_owned(),
             views: views.iter().map(|&view| view.to_owned()).collect(),
         };
-        let displays = vec![
-            display("Monitor", &["Film", "Raw"]),
-            display("Hall", &["Print", "Raw"]),
-        ];
-        let names = ConfigNames {
-            displays: displays.clone(),
-            ..ConfigNames::default()
-        };
+        let displays =
+            vec![display("Monitor", &["Film", "Raw"]), display("Hall", &["Print", "Raw"])];
+        let names = ConfigNames { displays: displays.clone(), ..ConfigNames::default() };
         let film = first(&names).unwrap();
         assert_eq!(
             (film.display.as_deref(), film.view.as_deref()),
             (Some("Monitor"), Some("Film"))
         );
         let look = Some("warm".to_owned());
-        let warm = ColorChoice {
-            look: look.clone(),
-            ..film
-        };
+        let warm = ColorChoice { look: look.clone(), ..film };
         assert_eq!(on(&displays[1], &warm).view.as_deref(), Some("Print"));
-        let raw = ColorChoice {
-            view: Some("Raw".to_owned()),
-            ..warm
-        };
+        let raw = ColorChoice { view: Some("Raw".to_owned()), ..warm };
         let moved = on(&displays[1], &raw);
         assert_eq!((moved.view.as_deref(), moved.look), (Some("Raw"), look));
         assert_eq!(first(&ConfigNames::default()), None);

@@ -18,11 +18,7 @@ pub const WIDTH: f32 = 20.0;
 pub fn diamond(painter: &Painter, at: Pos2, filled: bool, color: Color32) {
     let corners = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)];
     let corners = corners.map(|(x, y)| at + DIAMOND * vec2(x, y)).to_vec();
-    let (fill, edge) = if filled {
-        (color, Color32::BLACK)
-    } else {
-        (Color32::TRANSPARENT, color)
-    };
+    let (fill, edge) = if filled { (color, Color32::BLACK) } else { (Color32::TRANSPARENT, color) };
     painter.add(Shape::convex_polygon(corners, fill, Stroke::new(1.0, edge)));
 }
 
@@ -79,11 +75,7 @@ pub fn within_ui(
         theme::QUIET
     };
     diamond(ui.painter(), rect.center(), is_here, color);
-    let does = if is_here {
-        "Removes the key at this frame"
-    } else {
-        "Sets a key at this frame"
-    };
+    let does = if is_here { "Removes the key at this frame" } else { "Sets a key at this frame" };
     let key = match settings {
         [Setting::Yaw] => ". Key: K",
         [Setting::Intensity] => ". Key: Shift+K",

@@ -26,34 +26,14 @@ const CHOICES: [(Option<bool>, &str, &str); 3] = [
 
 /// The passes under each heading.
 const GROUPS: [(&str, &[Pass]); 5] = [
-    (
-        "Relighting",
-        &[
-            Pass::Predict,
-            Pass::Smoothing,
-            Pass::Weights,
-            Pass::Relight,
-            Pass::Plate,
-        ],
-    ),
+    ("Relighting", &[Pass::Predict, Pass::Smoothing, Pass::Weights, Pass::Relight, Pass::Plate]),
     (
         "Subject and background",
-        &[
-            Pass::Despill,
-            Pass::Background,
-            Pass::BackgroundBlur,
-            Pass::LightWrap,
-        ],
+        &[Pass::Despill, Pass::Background, Pass::BackgroundBlur, Pass::LightWrap],
     ),
     ("Lens", &[Pass::Glare, Pass::Vignette]),
-    (
-        "Finish",
-        &[Pass::Exposure, Pass::View, Pass::Grain, Pass::Dither],
-    ),
-    (
-        "Inspection",
-        &[Pass::Channels, Pass::Difference, Pass::FalseColor],
-    ),
+    ("Finish", &[Pass::Exposure, Pass::View, Pass::Grain, Pass::Dither]),
+    ("Inspection", &[Pass::Channels, Pass::Difference, Pass::FalseColor]),
 ];
 
 /// The panel keeps nothing.
@@ -109,14 +89,8 @@ impl EffectsPanel {
 /// What the picture took.
 fn times_ui(ui: &mut Ui, relit: &PreviewPicture) {
     let small = |text: String| RichText::new(text).size(13.0).color(theme::QUIET);
-    ui.label(small(format!(
-        "Frame predicted in {:.0} ms",
-        relit.predict_ms
-    )));
-    ui.label(small(format!(
-        "Picture relit in {:.1} ms",
-        relit.relight_ms
-    )));
+    ui.label(small(format!("Frame predicted in {:.0} ms", relit.predict_ms)));
+    ui.label(small(format!("Picture relit in {:.1} ms", relit.relight_ms)));
     ui.add_space(GAP / 2.0);
 }
 
@@ -152,11 +126,7 @@ fn pass_ui(
     effects: &Effects,
     out: &mut Vec<Command>,
 ) {
-    let color = if report.ran {
-        theme::TEXT
-    } else {
-        theme::QUIET
-    };
+    let color = if report.ran { theme::TEXT } else { theme::QUIET };
     // A word stands in the line; a sentence below it.
     let word = (!report.ran && report.reason.len() <= WORD).then_some(&report.reason);
     ui.horizontal(|ui| {
@@ -188,10 +158,7 @@ fn pass_ui(
 /// Forces a pass, or leaves it to the scene.
 fn switch_ui(ui: &mut Ui, pass: Pass, effects: &Effects, out: &mut Vec<Command>) {
     let now = effects.forced.get(pass);
-    let (_, says, means) = CHOICES[CHOICES
-        .iter()
-        .position(|(run, ..)| *run == now)
-        .unwrap_or(0)];
+    let (_, says, means) = CHOICES[CHOICES.iter().position(|(run, ..)| *run == now).unwrap_or(0)];
     let color = match now {
         None => theme::QUIET,
         Some(_) => theme::DOUBTFUL,
@@ -220,11 +187,8 @@ mod tests {
 
     #[test]
     fn every_pass_stands_under_one_heading() {
-        let mut listed: Vec<Pass> = GROUPS
-            .iter()
-            .flat_map(|(_, passes)| *passes)
-            .copied()
-            .collect();
+        let mut listed: Vec<Pass> =
+            GROUPS.iter().flat_map(|(_, passes)| *passes).copied().collect();
         listed.sort();
         assert_eq!(listed, Pass::ALL);
     }

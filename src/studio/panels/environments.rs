@@ -59,35 +59,30 @@ impl EnvironmentsPanel {
         let shown = context.state.look.environment;
         let is_new = self.last.is_some_and(|last| last != shown);
         self.last = Some(shown);
-        egui::ScrollArea::vertical()
-            .auto_shrink(false)
-            .show(ui, |ui| {
-                ui.spacing_mut().item_spacing.y = 2.0;
-                // The bar to scroll by covers no button.
-                ui.set_max_width(ui.available_width() - GAP);
-                for group in &groups {
-                    // What is searched for, or was chosen by a key, is not hidden.
-                    let searched = !context.state.search.trim().is_empty();
-                    let heading = format!("environments/{}", group.title);
-                    let folded = context.folded.contains(&heading);
-                    let unfolds = folded && is_new && group.entries.contains(&shown);
-                    let hides = folded && !unfolds && !searched;
-                    if heading_ui(ui, group, hides) || unfolds {
-                        out.push(Command::Window(WindowCommand::Fold(
-                            heading,
-                            !hides && !unfolds,
-                        )));
-                    }
-                    if hides {
-                        continue;
-                    }
-                    for &i in &group.entries {
-                        if let Some(entry) = context.environments.get(i) {
-                            self.entry_ui(ui, i, entry, (i == shown, is_new), context, out);
-                        }
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            ui.spacing_mut().item_spacing.y = 2.0;
+            // The bar to scroll by covers no button.
+            ui.set_max_width(ui.available_width() - GAP);
+            for group in &groups {
+                // What is searched for, or was chosen by a key, is not hidden.
+                let searched = !context.state.search.trim().is_empty();
+                let heading = format!("environments/{}", group.title);
+                let folded = context.folded.contains(&heading);
+                let unfolds = folded && is_new && group.entries.contains(&shown);
+                let hides = folded && !unfolds && !searched;
+                if heading_ui(ui, group, hides) || unfolds {
+                    out.push(Command::Window(WindowCommand::Fold(heading, !hides && !unfolds)));
+                }
+                if hides {
+                    continue;
+                }
+                for &i in &group.entries {
+                    if let Some(entry) = context.environments.get(i) {
+                        self.entry_ui(ui, i, entry, (i == shown, is_new), context, out);
                     }
                 }
-            });
+            }
+        });
     }
 
     fn entry_ui(
@@ -179,10 +174,8 @@ fn heading_ui(ui: &mut Ui, group: &EnvironmentGroup, folded: bool) -> bool {
     let arrow = RichText::new(arrow).size(12.0).color(theme::QUIET);
     let words = format!("{} ({})", group.title, group.entries.len());
     let words = RichText::new(words).size(12.0).color(theme::QUIET);
-    let heading = Button::new((arrow, words))
-        .frame_when_inactive(false)
-        .truncate()
-        .min_size(vec2(0.0, 20.0));
+    let heading =
+        Button::new((arrow, words)).frame_when_inactive(false).truncate().min_size(vec2(0.0, 20.0));
     ui.spacing_mut().button_padding = vec2(2.0, 1.0);
     let response = ui.add(heading);
     response.widget_info(|| {
@@ -244,12 +237,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         job.wrap.max_rows = max_rows;
         ui.painter().layout_job(job)
     };
-    let name = line(
-        &entry.listed.name,
-        14.0,
-        color,
-        if state.is_some() { 1 } else { 2 },
-    );
+    let name = line(&entry.listed.name, 14.0, color, if state.is_some() { 1 } else { 2 });
     let state = state.map(|parts| line(parts.join(" ").trim(), 12.0, theme::QUIET, 1));
     let height = name.size().y + state.as_ref().map_or(0.0, |state| state.size().y);
     let at = pos2(text.left(), text.center().y - height / 2.0);
@@ -281,22 +269,11 @@ fn remove_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
     let place = Rect::from_min_size(row.right_top() - vec2(REMOVE, 0.0), Vec2::splat(REMOVE));
     let response = ui.interact(place, ui.scope_id().with(&name), Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
-    let color = if response.hovered() || response.has_focus() {
-        theme::ACCENT
-    } else {
-        theme::QUIET
-    };
+    let color =
+        if response.hovered() || response.has_focus() { theme::ACCENT } else { theme::QUIET };
     let font = egui::FontId::proportional(14.0);
-    ui.painter().text(
-        place.center(),
-        egui::Align2::CENTER_CENTER,
-        icons::REMOVE,
-        font,
-        color,
-    );
-    response
-        .on_hover_text(format!("{name} from the list; the file is kept"))
-        .clicked()
+    ui.painter().text(place.center(), egui::Align2::CENTER_CENTER, icons::REMOVE, font, color);
+    response.on_hover_text(format!("{name} from the list; the file is kept")).clicked()
 }
 
 /// The star over a row's picture; returns whether it was clicked.
@@ -304,10 +281,9 @@ fn star_ui(ui: &Ui, i: usize, entry: &EnvironmentEntry, row: Rect) -> bool {
     let name = &entry.listed.name;
     let (called, hint) = match entry.favourite {
         true => (format!("Unstar {name}"), "Removes it from the favourites"),
-        false => (
-            format!("Star {name}"),
-            "A favourite: first in the list, in every project. Key: S",
-        ),
+        false => {
+            (format!("Star {name}"), "A favourite: first in the list, in every project. Key: S")
+        }
     };
     let place = Rect::from_min_size(row.min + vec2(8.0, 5.0), Vec2::splat(STAR));
     let response = ui.interact(place, ui.scope_id().with(("star", i)), Sense::click());
@@ -349,7 +325,6 @@ pub(super) fn panorama_ui(ui: &Ui, entry: &EnvironmentEntry, rect: Rect, yaw_deg
     if let PanoramaState::Done { thumbnail, .. } = &entry.panorama {
         let from = -yaw_deg / 360.0;
         let part = Rect::from_min_max(Pos2::new(from, 0.0), Pos2::new(from + 1.0, 1.0));
-        ui.painter()
-            .image(thumbnail.id(), rect, part, Color32::WHITE);
+        ui.painter().image(thumbnail.id(), rect, part, Color32::WHITE);
     }
 }

@@ -45,9 +45,8 @@ pub fn marks_ui(
         .collect();
     // Some programs put the front at the left edge: its mark must not be cut in half.
     let within = rect.shrink(MARK_RADIUS);
-    let places: Vec<Pos2> = (marks.iter())
-        .map(|mark| within.clamp(place(rect, mark.direction)))
-        .collect();
+    let places: Vec<Pos2> =
+        (marks.iter()).map(|mark| within.clamp(place(rect, mark.direction))).collect();
     let painter = ui.painter().with_clip_rect(rect);
     for (mark, at) in in_order(&marks, &places) {
         mark_ui(&painter, at, mark, false);
@@ -61,10 +60,7 @@ pub fn marks_ui(
         }
         _ => return,
     };
-    out.push(Command::Look(LookCommand::Front(
-        context.state.look.environment,
-        Some(answer),
-    )));
+    out.push(Command::Look(LookCommand::Front(context.state.look.environment, Some(answer))));
 }
 
 /// The question with a button for each choice.
@@ -94,10 +90,8 @@ pub fn answer_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) ->
     let now = look.front();
     let choices = choices();
     let pointed = format!("{:.1}° from the centre", -now.yaw_deg());
-    let mut all: Vec<(Option<Front>, &str)> = choices
-        .iter()
-        .map(|(front, names)| (Some(*front), names.as_str()))
-        .collect();
+    let mut all: Vec<(Option<Front>, &str)> =
+        choices.iter().map(|(front, names)| (Some(*front), names.as_str())).collect();
     if choices.iter().all(|(front, _)| *front != now) {
         all.push((Some(now), &pointed));
     }
@@ -107,10 +101,7 @@ pub fn answer_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) ->
         "Which way is front in the file, by the program it was made for. Saved with the project.",
     );
     if let Some(front) = wanted.filter(|front| *front != now) {
-        out.push(Command::Look(LookCommand::Front(
-            look.environment,
-            Some(front),
-        )));
+        out.push(Command::Look(LookCommand::Front(look.environment, Some(front))));
     }
     wanted.is_none()
 }

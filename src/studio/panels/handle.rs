@@ -52,11 +52,8 @@ pub fn handle_ui(
 /// Degrees to the right and up by which the arrow keys move the light whose handle has the focus.
 fn arrows(ui: &Ui, handle: egui::Id) -> Option<Vec2> {
     keys::leave_arrows(ui.ctx(), handle);
-    let all = EventFilter {
-        horizontal_arrows: true,
-        vertical_arrows: true,
-        ..EventFilter::default()
-    };
+    let all =
+        EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
     ui.memory_mut(|memory| memory.set_focus_lock_filter(handle, all));
     let by = ui.input(|input| {
         let presses = |key| input.num_presses(key) as f32;
@@ -88,11 +85,7 @@ mod tests {
     #[test]
     fn an_arrow_moves_a_light_to_where_it_points_on_any_map() {
         for yaw_deg in [-150.0, -30.0, 10.0, 170.0, 180.0] {
-            let light = PlacedLight {
-                yaw_deg,
-                pitch_deg: 0.0,
-                ..PlacedLight::default()
-            };
+            let light = PlacedLight { yaw_deg, pitch_deg: 0.0, ..PlacedLight::default() };
             let to_right = moved(&light, vec2(5.0, 0.0), Seen::ByCamera);
             assert!(to_right.direction().x > light.direction().x, "{yaw_deg}");
             let further = moved(&light, vec2(5.0, 200.0), Seen::Unrolled);

@@ -38,11 +38,7 @@ fn sections(page: &'static str) -> Vec<Section> {
 fn case(line: &str) -> Option<Case> {
     let cells = line.strip_prefix("| ")?.split(" | ");
     let mut cells = cells.map(|cell| cell.replace("\\|", "|").replace('`', ""));
-    let case = Case {
-        case: cells.next()?,
-        danger: cells.next()?,
-        done: cells.next()?,
-    };
+    let case = Case { case: cells.next()?, danger: cells.next()?, done: cells.next()? };
     (case.case != "case").then_some(case)
 }
 
@@ -50,9 +46,7 @@ fn case(line: &str) -> Option<Case> {
 pub fn hard_cases_ui(ui: &mut Ui) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let quiet = |text: &str| RichText::new(text).size(12.0).color(theme::QUIET);
-        ui.label(quiet(
-            "Each of these is tested; figures are in docs/stability.md.",
-        ));
+        ui.label(quiet("Each of these is tested; figures are in docs/stability.md."));
         for section in &*SECTIONS {
             ui.add_space(theme::GAP);
             ui.label(RichText::new(section.title).strong());
@@ -75,17 +69,9 @@ mod tests {
         let page = "# Title\n\n| case | what |\n\n## Light\n\n| case | what could go wrong | what is done | bound |\n\
                     |---|---|---|---|\n| a `sun` | lost | split \\| cut | 1e-5 |\n\n## Pictures\n";
         let read = sections(page);
-        assert_eq!(
-            (read.len(), read[0].title, read[1].cases.len()),
-            (2, "Light", 0)
-        );
-        let [case] = &read[0].cases[..] else {
-            panic!("one case")
-        };
-        assert_eq!(
-            (case.case.as_str(), case.done.as_str()),
-            ("a sun", "split | cut")
-        );
+        assert_eq!((read.len(), read[0].title, read[1].cases.len()), (2, "Light", 0));
+        let [case] = &read[0].cases[..] else { panic!("one case") };
+        assert_eq!((case.case.as_str(), case.done.as_str()), ("a sun", "split | cut"));
         // The page itself is of this form.
         let rows = PAGE.lines().filter(|line| line.starts_with("| ")).count();
         let cases: usize = SECTIONS.iter().map(|section| section.cases.len()).sum();

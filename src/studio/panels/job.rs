@@ -58,26 +58,25 @@ impl JobPanel {
         }
         let area = Area::new(Id::unique("message")).order(Order::Foreground);
         let corner = vec2(-1.5 * GAP, -30.0 - GAP);
-        area.anchor(Align2::RIGHT_BOTTOM, corner)
-            .show(ui.ctx(), |ui| {
-                if let Some(refusal) = refusal {
-                    notice_ui(ui, |ui| {
-                        ui.set_width(NOTICE_WIDTH);
-                        refusal_ui(ui, refusal, out);
-                    });
-                }
-                if let Some(held) = held {
-                    notice_ui(ui, |ui| {
-                        ui.set_width(NOTICE_WIDTH);
-                        let icon = RichText::new(icons::WARNING).size(16.0);
-                        ui.label(icon.color(theme::WARNING));
-                        ui.add(Label::new(RichText::new(held).color(theme::WARNING)).wrap());
-                    });
-                }
-                if let Some(said) = said {
-                    notice_ui(ui, |ui| message_ui(ui, said, out));
-                }
-            });
+        area.anchor(Align2::RIGHT_BOTTOM, corner).show(ui.ctx(), |ui| {
+            if let Some(refusal) = refusal {
+                notice_ui(ui, |ui| {
+                    ui.set_width(NOTICE_WIDTH);
+                    refusal_ui(ui, refusal, out);
+                });
+            }
+            if let Some(held) = held {
+                notice_ui(ui, |ui| {
+                    ui.set_width(NOTICE_WIDTH);
+                    let icon = RichText::new(icons::WARNING).size(16.0);
+                    ui.label(icon.color(theme::WARNING));
+                    ui.add(Label::new(RichText::new(held).color(theme::WARNING)).wrap());
+                });
+            }
+            if let Some(said) = said {
+                notice_ui(ui, |ui| message_ui(ui, said, out));
+            }
+        });
     }
 }
 
@@ -128,22 +127,12 @@ fn share_ui(ui: &mut Ui, job: &RunningJob) {
     let text = format!("{:.0} %", job.share * 100.0);
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, &text));
     let bar = rect.shrink2(vec2(0.0, 3.0));
-    let fill = if job.is_paused() {
-        Color32::from_gray(92)
-    } else {
-        theme::PRIMARY
-    };
+    let fill = if job.is_paused() { Color32::from_gray(92) } else { theme::PRIMARY };
     let done = Rect::from_min_size(bar.min, vec2(bar.width() * job.share, bar.height()));
     ui.painter().rect_filled(bar, 2.0, theme::WELL);
     ui.painter().rect_filled(done, 2.0, fill);
     let font = egui::FontId::proportional(13.0);
-    ui.painter().text(
-        bar.center(),
-        Align2::CENTER_CENTER,
-        text,
-        font,
-        Color32::WHITE,
-    );
+    ui.painter().text(bar.center(), Align2::CENTER_CENTER, text, font, Color32::WHITE);
     response.on_hover_text(job.stage);
 }
 

@@ -72,34 +72,16 @@ impl LightPanel {
             |_, _| {},
             |ui, out| grade_ui(ui, context, out),
         );
-        if out[before..]
-            .iter()
-            .any(|c| matches!(c, Command::Look(LookCommand::Front(..))))
-        {
+        if out[before..].iter().any(|c| matches!(c, Command::Look(LookCommand::Front(..)))) {
             self.asked = None;
         }
     }
 }
 
 const TURNS: [Row<Lighting>; 3] = [
-    Row::degrees(
-        "Pitch",
-        |lighting| &mut lighting.pitch_deg,
-        -180.0..=180.0,
-        "",
-    ),
-    Row::degrees(
-        "Roll",
-        |lighting| &mut lighting.roll_deg,
-        -180.0..=180.0,
-        "",
-    ),
-    Row::degrees(
-        "Background yaw",
-        |lighting| &mut lighting.background_yaw_deg,
-        -180.0..=180.0,
-        "",
-    ),
+    Row::degrees("Pitch", |lighting| &mut lighting.pitch_deg, -180.0..=180.0, ""),
+    Row::degrees("Roll", |lighting| &mut lighting.roll_deg, -180.0..=180.0, ""),
+    Row::degrees("Background yaw", |lighting| &mut lighting.background_yaw_deg, -180.0..=180.0, ""),
 ];
 
 const GRADES: [Row<Lighting>; 3] = [
@@ -196,17 +178,14 @@ fn grade_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// The rotation as other tools write it.
 fn tools_ui(ui: &mut Ui, yaw_deg: f32) {
-    egui::CollapsingHeader::new("Rotation in other apps")
-        .id_salt("tools")
-        .show(ui, |ui| {
-            Grid::new("tools").num_columns(2).show(ui, |ui| {
-                for tool in Tool::ALL {
-                    ui.label(tool.title()).on_hover_text(tool.setting());
-                    let value = format!("{:.1}°", tool.value_of_yaw(yaw_deg));
-                    ui.label(RichText::new(value).color(theme::QUIET))
-                        .on_hover_text(tool.setting());
-                    ui.end_row();
-                }
-            });
+    egui::CollapsingHeader::new("Rotation in other apps").id_salt("tools").show(ui, |ui| {
+        Grid::new("tools").num_columns(2).show(ui, |ui| {
+            for tool in Tool::ALL {
+                ui.label(tool.title()).on_hover_text(tool.setting());
+                let value = format!("{:.1}°", tool.value_of_yaw(yaw_deg));
+                ui.label(RichText::new(value).color(theme::QUIET)).on_hover_text(tool.setting());
+                ui.end_row();
+            }
         });
+    });
 }

@@ -72,11 +72,7 @@ mod tests {
     fn a_direction_is_found_again_where_it_was_drawn() {
         let rect = Rect::from_min_size(pos2(20.0, 30.0), vec2(300.0, 240.0));
         for map in [LightMap::Panorama(rect), LightMap::Sphere(rect)] {
-            for direction in [
-                Vec3::X,
-                Vec3::new(-0.6, 0.4, 0.6),
-                Vec3::new(0.2, -0.3, -0.9),
-            ] {
+            for direction in [Vec3::X, Vec3::new(-0.6, 0.4, 0.6), Vec3::new(0.2, -0.3, -0.9)] {
                 let direction = direction.normalize();
                 let found = map.direction(map.place(direction));
                 assert!(found.angle_between(direction) < 0.02, "{map:?} {direction}");

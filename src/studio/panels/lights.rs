@@ -32,12 +32,7 @@ const ROWS: [Row<PlacedLight>; 3] = [
         -180.0..=180.0,
         "0 is behind the subject, −90 camera left, 180 at the camera",
     ),
-    Row::degrees(
-        "Elevation",
-        |light| &mut light.pitch_deg,
-        -90.0..=90.0,
-        "Above the horizon",
-    ),
+    Row::degrees("Elevation", |light| &mut light.pitch_deg, -90.0..=90.0, "Above the horizon"),
     Row {
         name: "Radius",
         of: |light| &mut light.radius_deg,
@@ -62,10 +57,7 @@ struct Edit {
 /// The buttons that place a light by the face, and that add one.
 pub fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let hint = "Adds a softbox. It stays in place when the environment is turned.";
-    if icons::worded_ui(ui, icons::ADD, "Add light")
-        .on_hover_text(hint)
-        .clicked()
-    {
+    if icons::worded_ui(ui, icons::ADD, "Add light").on_hover_text(hint).clicked() {
         out.push(Command::Lights(LightsCommand::Add));
     }
     let aims = context.state.aims;
@@ -81,11 +73,8 @@ pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if let Some(names) = solo_names(lighting) {
         ui.label(RichText::new(format!("Solo: {names}")).color(theme::ACCENT));
     }
-    let mut edit = Edit {
-        lighting: lighting.clone(),
-        chosen: context.state.chosen_light(),
-        removed: None,
-    };
+    let mut edit =
+        Edit { lighting: lighting.clone(), chosen: context.state.chosen_light(), removed: None };
     // What is done by name or to one light: it comes after what is changed here.
     let mut after = Vec::new();
     let of_group = |lighting: &Lighting, group: Option<&str>| -> Vec<usize> {
@@ -351,11 +340,7 @@ fn settings_ui(
         let kelvin = kelvin.unwrap_or(white::NEUTRAL_K);
         let reset = || {
             with(&|light| {
-                let PlacedLight {
-                    color,
-                    temperature_k,
-                    ..
-                } = PlacedLight::default();
+                let PlacedLight { color, temperature_k, .. } = PlacedLight::default();
                 (light.color, light.temperature_k) = (color, temperature_k);
             })
         };
@@ -406,11 +391,7 @@ fn bar(
 /// The group of a light: one that is there, none, or a new one.
 fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting) {
     let new = lighting.groups.len();
-    let names: Vec<String> = lighting
-        .groups
-        .iter()
-        .map(|group| group.name.clone())
-        .collect();
+    let names: Vec<String> = lighting.groups.iter().map(|group| group.name.clone()).collect();
     let light = &mut lighting.placed[index];
     let now = names.iter().position(|name| *name == light.group);
     let mut all = vec![(None, "None")];
@@ -425,10 +406,7 @@ fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting) {
         Some(group) => {
             light.group = names.get(group).cloned().unwrap_or_else(|| {
                 let name = free_name(&names);
-                lighting.groups.push(LightGroup {
-                    name: name.clone(),
-                    ..LightGroup::default()
-                });
+                lighting.groups.push(LightGroup { name: name.clone(), ..LightGroup::default() });
                 name
             });
         }

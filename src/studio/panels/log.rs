@@ -70,15 +70,12 @@ fn lines_ui(ui: &mut Ui, lines: &VecDeque<LogLine>) {
         ui.label(RichText::new("No messages yet").color(theme::QUIET));
         return;
     }
-    ScrollArea::vertical()
-        .auto_shrink(false)
-        .stick_to_bottom(true)
-        .show(ui, |ui| {
-            ui.spacing_mut().item_spacing.y = 1.0;
-            // A line is as high as its text.
-            ui.spacing_mut().interact_size.y = 0.0;
-            lines.iter().for_each(|line| line_ui(ui, line));
-        });
+    ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 1.0;
+        // A line is as high as its text.
+        ui.spacing_mut().interact_size.y = 0.0;
+        lines.iter().for_each(|line| line_ui(ui, line));
+    });
 }
 
 fn line_ui(ui: &mut Ui, line: &LogLine) {

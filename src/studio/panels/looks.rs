@@ -79,10 +79,7 @@ impl LooksPanel {
             .selected(context.state.four.on)
             .min_size(vec2(ui.available_width(), 24.0));
         let hint = "Four looks side by side. Key: 4";
-        if icons::named_ui(ui, true, four, "Compare four")
-            .on_hover_text(hint)
-            .clicked()
-        {
+        if icons::named_ui(ui, true, four, "Compare four").on_hover_text(hint).clicked() {
             out.push(Command::Looks(LooksCommand::ToggleFour));
         }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -179,11 +176,7 @@ impl LooksPanel {
             return;
         }
         ui.add_space(GAP);
-        let arrow = if self.removed {
-            icons::DOWN
-        } else {
-            icons::NEXT
-        };
+        let arrow = if self.removed { icons::DOWN } else { icons::NEXT };
         let arrow = RichText::new(arrow).size(12.0).color(theme::QUIET);
         let words = RichText::new(format!("Removed ({count})")).color(theme::QUIET);
         let fold = Button::new((arrow, words)).frame_when_inactive(false);

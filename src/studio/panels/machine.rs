@@ -71,15 +71,15 @@ fn markdown_ui(ui: &mut Ui, text: &str) {
             ui.add_space(GAP);
             ui.label(RichText::new(title).strong());
         } else if line.starts_with('|') {
-            Grid::new(("machine table", at))
-                .striped(true)
-                .spacing([2.0 * GAP, 2.0])
-                .show(ui, |ui| {
+            Grid::new(("machine table", at)).striped(true).spacing([2.0 * GAP, 2.0]).show(
+                ui,
+                |ui| {
                     row_ui(ui, line, true);
                     while let Some((_, line)) = lines.next_if(|(_, line)| line.starts_with('|')) {
                         row_ui(ui, line, false);
                     }
-                });
+                },
+            );
             ui.add_space(GAP);
         } else if !line.is_empty() && !line.starts_with("# ") {
             ui.add(Label::new(quiet(&plain(line))).wrap());

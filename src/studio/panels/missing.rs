@@ -21,23 +21,13 @@ pub fn provide_ui(ui: &mut Ui, need: Option<Need>, out: &mut Vec<Command>) {
     match need {
         Some(Need::Shoot) => {
             main_ui(ui, "Locate…", Command::Dialog(Dialog::ShootLocation), out);
-            button_ui(
-                ui,
-                "Try again",
-                Command::Project(ProjectCommand::Reopen),
-                out,
-            );
+            button_ui(ui, "Try again", Command::Project(ProjectCommand::Reopen), out);
         }
         Some(Need::Calibration) => {
             let calibrate = Command::Job(JobCommand::Provide(Need::Calibration));
             main_ui(ui, "Calibrate", calibrate, out);
         }
-        None => button_ui(
-            ui,
-            "Try again",
-            Command::Project(ProjectCommand::Reopen),
-            out,
-        ),
+        None => button_ui(ui, "Try again", Command::Project(ProjectCommand::Reopen), out),
     }
 }
 
@@ -69,12 +59,7 @@ pub fn open_project_ui(ui: &mut Ui, out: &mut Vec<Command>) {
 }
 
 pub fn add_environments_ui(ui: &mut Ui, out: &mut Vec<Command>) {
-    main_ui(
-        ui,
-        "Add environments…",
-        Command::Dialog(Dialog::Environments),
-        out,
-    );
+    main_ui(ui, "Add environments…", Command::Dialog(Dialog::Environments), out);
 }
 
 /// The button that leads to a picture, on a line of its own.

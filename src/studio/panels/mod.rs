@@ -113,11 +113,7 @@ fn covering(picture: Vec2, room: Vec2) -> Rect {
 /// Why something could not be done, and the button that dismisses the message.
 pub fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
-        ui.label(
-            RichText::new(icons::WARNING)
-                .size(16.0)
-                .color(theme::WARNING),
-        );
+        ui.label(RichText::new(icons::WARNING).size(16.0).color(theme::WARNING));
         let button = 28.0 + GAP;
         let down = Layout::top_down(Align::Min);
         let room = vec2(ui.available_width() - button, 0.0);
@@ -144,11 +140,7 @@ fn dismiss_ui(ui: &mut Ui, out: &mut Vec<Command>) {
 fn job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     ui.heading(job::capitalized(job.what));
     ui.add_space(GAP);
-    ui.add(
-        egui::ProgressBar::new(job.share)
-            .desired_height(8.0)
-            .fill(theme::PRIMARY),
-    );
+    ui.add(egui::ProgressBar::new(job.share).desired_height(8.0).fill(theme::PRIMARY));
     let mut text = format!("{} {:.0} %", job.stage, job.share * 100.0);
     let state = job::state(job);
     if !state.is_empty() {

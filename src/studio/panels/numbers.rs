@@ -117,11 +117,7 @@ pub fn over_bar(
     let response = ui
         .scope(|ui| {
             let widgets = &mut ui.visuals_mut().widgets;
-            for widget in [
-                &mut widgets.inactive,
-                &mut widgets.hovered,
-                &mut widgets.active,
-            ] {
+            for widget in [&mut widgets.inactive, &mut widgets.hovered, &mut widgets.active] {
                 widget.weak_bg_fill = Color32::TRANSPARENT;
             }
             draw(ui)

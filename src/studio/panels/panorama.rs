@@ -48,14 +48,9 @@ impl Preview {
         segments_ui(ui, |ui| {
             for (is_ball, name, hint) in [
                 (false, "Panorama", "All around the subject, unrolled"),
-                (
-                    true,
-                    "Sphere",
-                    "As a mirror ball in the subject's place shows it to the camera",
-                ),
+                (true, "Sphere", "As a mirror ball in the subject's place shows it to the camera"),
             ] {
-                ui.selectable_value(&mut self.is_ball, is_ball, name)
-                    .on_hover_text(hint);
+                ui.selectable_value(&mut self.is_ball, is_ball, name).on_hover_text(hint);
             }
         });
     }
@@ -65,11 +60,7 @@ impl Preview {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, asked: bool, out: &mut Vec<Command>) {
         let look = &context.state.look;
         let width = ui.available_width();
-        let sense = if asked {
-            Sense::click_and_drag()
-        } else {
-            Sense::drag()
-        };
+        let sense = if asked { Sense::click_and_drag() } else { Sense::drag() };
         let (rect, response) = ui.allocate_exact_size(vec2(width, STRETCHED * width), sense);
         // A click answers on the panorama.
         let map = match self.is_ball && !asked {
@@ -114,10 +105,7 @@ impl Preview {
         }
         let chosen = context.state.chosen_light();
         for (i, light) in look.lighting.placed.iter().enumerate() {
-            let is = Standing {
-                chosen: chosen == Some(i),
-                shines: look.lighting.shines(light),
-            };
+            let is = Standing { chosen: chosen == Some(i), shines: look.lighting.shines(light) };
             dot_ui(ui, context, map, (i, light), is, out);
         }
     }
@@ -144,21 +132,17 @@ impl Preview {
                     of: of.clone(),
                     turn,
                     is_ball,
-                    texture: ui
-                        .ctx()
-                        .load_texture("turned", picture, TextureOptions::LINEAR),
+                    texture: ui.ctx().load_texture("turned", picture, TextureOptions::LINEAR),
                 }
             }
         };
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
         if is_ball {
             let ball = RectShape::filled(map.rect(), 0.5 * map.rect().width(), Color32::WHITE);
-            ui.painter()
-                .add(ball.with_texture(turned.texture.id(), whole));
+            ui.painter().add(ball.with_texture(turned.texture.id(), whole));
         } else {
             let rect = map.rect();
-            ui.painter()
-                .image(turned.texture.id(), rect, whole, Color32::WHITE);
+            ui.painter().image(turned.texture.id(), rect, whole, Color32::WHITE);
         }
         self.turned = Some(turned);
     }
@@ -189,11 +173,7 @@ fn sides_ui(painter: &Painter, rect: Rect) {
 
 /// The mirror ball's edge, and where its left and right are.
 fn ball_ui(painter: &Painter, rect: Rect) {
-    painter.circle_stroke(
-        rect.center(),
-        0.5 * rect.width(),
-        Stroke::new(1.0, theme::QUIET),
-    );
+    painter.circle_stroke(rect.center(), 0.5 * rect.width(), Stroke::new(1.0, theme::QUIET));
     for (x, word, align) in [
         (rect.left() + 6.0, "left", Align2::LEFT_CENTER),
         (rect.right() - 6.0, "right", Align2::RIGHT_CENTER),
@@ -219,10 +199,7 @@ fn areas_ui(ui: &Ui, context: &PanelContext, map: LightMap, areas: &[Area], turn
         let rig = context.relit.map(|relit| &relit.rig);
         let lamp = rig.and_then(|rig| Some((rig, area.lamp(rig, turn)?)));
         let on = lamp.map_or(String::new(), |(rig, (lamp, off_deg))| {
-            format!(
-                ", nearest lamp {} ({off_deg:.0}° away)",
-                rig.lamps[lamp].name
-            )
+            format!(", nearest lamp {} ({off_deg:.0}° away)", rig.lamps[lamp].name)
         });
         let hint = format!(
             "Brightest area {} of {}: {:.0} % of the light, {:.1}° across{on}",
@@ -232,10 +209,8 @@ fn areas_ui(ui: &Ui, context: &PanelContext, map: LightMap, areas: &[Area], turn
             2.0 * area.radius_deg()
         );
         let spot = Rect::from_center_size(at, Vec2::splat(2.0 * DOT)).intersect(rect);
-        ui.painter()
-            .circle_stroke(at, DOT - 1.5, Stroke::new(2.5, Color32::BLACK));
-        ui.painter()
-            .circle_stroke(at, DOT - 1.5, Stroke::new(1.0, Color32::WHITE));
+        ui.painter().circle_stroke(at, DOT - 1.5, Stroke::new(2.5, Color32::BLACK));
+        ui.painter().circle_stroke(at, DOT - 1.5, Stroke::new(1.0, Color32::WHITE));
         let response = ui.interact(spot, ui.scope_id().with(("area", rank)), Sense::hover());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &hint));
         if response.hovered() && !told {

@@ -137,10 +137,7 @@ impl PathPanel {
 
     /// Has the folder read that is being typed.
     fn ask(&mut self, ctx: &egui::Context, files: bool) {
-        let begun = Begun {
-            text: self.text.clone(),
-            files,
-        };
+        let begun = Begun { text: self.text.clone(), files };
         let lookup = self.lookup.get_or_insert_with(|| {
             let ctx = ctx.clone();
             Lookup::start(move || ctx.request_repaint(), names)
@@ -194,8 +191,7 @@ fn to_the_end(ui: &Ui, id: Id, text: &str) {
 
 /// What has been typed up to the last folder, with its slash.
 fn folder_of(text: &str) -> &str {
-    text.rfind(std::path::is_separator)
-        .map_or("", |slash| &text[..=slash])
+    text.rfind(std::path::is_separator).map_or("", |slash| &text[..=slash])
 }
 
 /// The names in the typed folder that begin as typed, folders with a slash, in order.
@@ -253,13 +249,7 @@ mod tests {
         }
         std::fs::write(folder.path().join("sky.exr"), "").unwrap();
         let typed = |end: &str| format!("{}/{end}", folder.path().display());
-        let found = |end: &str, files| {
-            names(&Begun {
-                text: typed(end),
-                files,
-            })
-            .unwrap()
-        };
+        let found = |end: &str, files| names(&Begun { text: typed(end), files }).unwrap();
         assert_eq!(found("", true), ["shoot one/", "shoot two/", "sky.exr"]);
         assert_eq!(found("s", false), ["shoot one/", "shoot two/"]);
         assert_eq!(found(".", false), [".hidden/"]);
@@ -268,10 +258,7 @@ mod tests {
         assert_eq!(clear, typed("shoot two/"));
         assert_eq!(completed(&typed("no"), &found("no", true)), typed("no"));
         assert!(found("no/such/", true).is_empty());
-        let relative = Begun {
-            text: "no".to_owned(),
-            files: true,
-        };
+        let relative = Begun { text: "no".to_owned(), files: true };
         assert!(names(&relative).unwrap().is_empty());
         assert_eq!(completed("ä", &["äö".to_owned(), "äü".to_owned()]), "ä");
     }

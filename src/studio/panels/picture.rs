@@ -48,20 +48,8 @@ impl PicturePanel {
 fn undo_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let (undo, redo) = (context.state.can_undo(), context.state.can_redo());
     for (icon, name, can, key, command) in [
-        (
-            icons::REDO,
-            "Redo",
-            redo,
-            "Ctrl+Shift+Z",
-            Command::Look(LookCommand::Redo),
-        ),
-        (
-            icons::UNDO,
-            "Undo",
-            undo,
-            "Ctrl+Z",
-            Command::Look(LookCommand::Undo),
-        ),
+        (icons::REDO, "Redo", redo, "Ctrl+Shift+Z", Command::Look(LookCommand::Redo)),
+        (icons::UNDO, "Undo", undo, "Ctrl+Z", Command::Look(LookCommand::Undo)),
     ] {
         if icons::named_ui(ui, can, icons::alone(icon), name)
             .on_hover_text(format!("{name}. Key: {key}"))
@@ -75,15 +63,11 @@ fn undo_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let look = &context.state.look;
     let mut stops = look.exposure_stops;
-    let field = computing(&mut stops)
-        .speed(0.02)
-        .range(EXPOSURE_STOPS)
-        .fixed_decimals(2)
-        .suffix(" stops");
+    let field =
+        computing(&mut stops).speed(0.02).range(EXPOSURE_STOPS).fixed_decimals(2).suffix(" stops");
     let field = (field, look.exposure_stops, &EXPOSURE_STOPS);
-    let field = bar_ui(ui, "Exposure", field, BESIDE, out, || {
-        Command::Look(LookCommand::Exposure(0.0))
-    });
+    let field =
+        bar_ui(ui, "Exposure", field, BESIDE, out, || Command::Look(LookCommand::Exposure(0.0)));
     beside_ui(ui, context, Setting::Exposure, field.rect, out);
     if stops != look.exposure_stops {
         out.push(Command::Look(LookCommand::Exposure(stops)));
@@ -154,9 +138,8 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let effects = context.state.look.effects;
     for strength in STRENGTHS {
-        let field = row(strength).ui(ui, &effects, out, |wanted| {
-            Command::Look(LookCommand::Effects(wanted))
-        });
+        let field = row(strength)
+            .ui(ui, &effects, out, |wanted| Command::Look(LookCommand::Effects(wanted)));
         let setting = Setting::Effect(strength.pass);
         beside_ui(ui, context, setting, field.rect, out);
         ui.end_row();

@@ -28,8 +28,7 @@ pub fn read_only_ui(ui: &mut Ui, why: &str, out: &mut Vec<Command>) {
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
         ui.add_space(GAP);
         ui.colored_label(theme::WARNING, icons::LOCK);
-        ui.colored_label(theme::WARNING, "Read-only")
-            .on_hover_text(why);
+        ui.colored_label(theme::WARNING, "Read-only").on_hover_text(why);
         let banner = Label::new(banner(why)).truncate();
         ui.add(banner).on_hover_text(why);
     });
@@ -44,9 +43,7 @@ mod tests {
     fn the_banner_names_the_process_and_keeps_what_it_cannot_shorten() {
         let folder = tempfile::tempdir().unwrap();
         let _lock = Lock::take(folder.path(), "the studio").unwrap();
-        let why = Lock::take(folder.path(), "another")
-            .unwrap_err()
-            .to_string();
+        let why = Lock::take(folder.path(), "another").unwrap_err().to_string();
         let expected = format!("Open in another window (process {}).", std::process::id());
         assert_eq!(banner(&why), expected);
         let job = "/film is in use by training, process 7 on desk. Close the project there";

@@ -19,10 +19,7 @@ pub const BESIDE: f32 = 30.0;
 
 /// A grid of rows.
 pub fn grid(name: &str) -> Grid {
-    Grid::new(name)
-        .num_columns(2)
-        .min_col_width(NAME)
-        .spacing([GAP, 4.0])
+    Grid::new(name).num_columns(2).min_col_width(NAME).spacing([GAP, 4.0])
 }
 
 /// Choices side by side, of which one is chosen: buttons in one track.
@@ -59,15 +56,7 @@ impl<T> Row<T> {
         range: RangeInclusive<f32>,
         hint: &'static str,
     ) -> Self {
-        Self {
-            name,
-            of,
-            range,
-            speed: 0.5,
-            decimals: 1,
-            suffix: "°",
-            hint,
-        }
+        Self { name, of, range, speed: 0.5, decimals: 1, suffix: "°", hint }
     }
 }
 
@@ -106,11 +95,7 @@ impl<T: Clone + Default + PartialEq> Row<T> {
         if changed != *settings {
             out.push(command(changed));
         }
-        if self.hint.is_empty() {
-            response
-        } else {
-            response.on_hover_text(self.hint)
-        }
+        if self.hint.is_empty() { response } else { response.on_hover_text(self.hint) }
     }
 }
 

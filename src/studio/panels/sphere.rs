@@ -31,10 +31,7 @@ pub struct DomeView {
 impl Default for DomeView {
     /// From above the camera's right shoulder.
     fn default() -> Self {
-        Self {
-            yaw: 0.5,
-            pitch: 0.4,
-        }
+        Self { yaw: 0.5, pitch: 0.4 }
     }
 }
 
@@ -46,21 +43,11 @@ pub fn mark_ui(painter: &Painter, at: Pos2, mark: &Mark, faint: bool) {
     } else {
         Color32::from_gray(20).gamma_multiply(strength.max(0.6))
     };
-    let color = if mark.chosen {
-        Color32::BLACK
-    } else {
-        theme::TEXT.gamma_multiply(strength)
-    };
+    let color = if mark.chosen { Color32::BLACK } else { theme::TEXT.gamma_multiply(strength) };
     painter.circle(at, MARK_RADIUS, fill, Stroke::new(1.0, color));
     let number = mark.number.to_string();
     let size = if number.len() < 3 { 9.0 } else { 7.0 };
-    painter.text(
-        at,
-        Align2::CENTER_CENTER,
-        number,
-        FontId::proportional(size),
-        color,
-    );
+    painter.text(at, Align2::CENTER_CENTER, number, FontId::proportional(size), color);
 }
 
 /// The point of a direction on the lat-long panorama in `rect`.
@@ -77,10 +64,7 @@ pub fn share(rect: Rect, at: Pos2) -> (f32, f32) {
 
 /// Marks on a lat-long panorama drawn in `rect`. Returns the clicked one's number.
 pub fn latlong_ui(ui: &Ui, rect: Rect, response: &Response, marks: &[Mark]) -> Option<usize> {
-    let places: Vec<Pos2> = marks
-        .iter()
-        .map(|mark| place(rect, mark.direction))
-        .collect();
+    let places: Vec<Pos2> = marks.iter().map(|mark| place(rect, mark.direction)).collect();
     let painter = ui.painter().with_clip_rect(rect);
     for (mark, at) in in_order(marks, &places) {
         mark_ui(&painter, at, mark, false);
@@ -108,22 +92,14 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
         (center + radius * vec2(seen.x, -seen.y), seen.z)
     };
     let painter = ui.painter();
-    painter.circle(
-        center,
-        radius,
-        theme::WELL,
-        Stroke::new(1.0, Color32::from_gray(70)),
-    );
+    painter.circle(center, radius, theme::WELL, Stroke::new(1.0, Color32::from_gray(70)));
     let line = |direction: &dyn Fn(f32) -> Vec3| {
-        let points: Vec<(Pos2, f32)> = (0..=72)
-            .map(|i| place(direction(i as f32 / 72.0 * std::f32::consts::TAU)))
-            .collect();
+        let points: Vec<(Pos2, f32)> =
+            (0..=72).map(|i| place(direction(i as f32 / 72.0 * std::f32::consts::TAU))).collect();
         for pair in points.windows(2) {
             let gray = if pair[0].1 >= 0.0 { 84 } else { 46 };
-            painter.line_segment(
-                [pair[0].0, pair[1].0],
-                Stroke::new(1.0, Color32::from_gray(gray)),
-            );
+            painter
+                .line_segment([pair[0].0, pair[1].0], Stroke::new(1.0, Color32::from_gray(gray)));
         }
     };
     line(&|a| Vec3::new(a.sin(), 0.0, a.cos()));
@@ -148,10 +124,8 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
         mark_ui(painter, places[i], &marks[i], seen[i].1 < 0.0);
     }
     // Where marks overlap, a click means the nearer one.
-    let near: Vec<Pos2> = seen
-        .iter()
-        .map(|(at, depth)| if *depth >= 0.0 { *at } else { pos2(-1e6, -1e6) })
-        .collect();
+    let near: Vec<Pos2> =
+        seen.iter().map(|(at, depth)| if *depth >= 0.0 { *at } else { pos2(-1e6, -1e6) }).collect();
     let hit = clicked(&response, marks, &near).or_else(|| clicked(&response, marks, &places));
     response.on_hover_text("The lamps around the subject. Drag to turn, double-click to reset, click a lamp to see its mirror ball.");
     hit
@@ -159,9 +133,7 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
 
 /// The number of the mark under a click.
 pub fn clicked(response: &Response, marks: &[Mark], places: &[Pos2]) -> Option<usize> {
-    let at = response
-        .interact_pointer_pos()
-        .filter(|_| response.clicked())?;
+    let at = response.interact_pointer_pos().filter(|_| response.clicked())?;
     marks
         .iter()
         .zip(places)
@@ -177,7 +149,5 @@ pub fn in_order<'a>(
     places: &'a [Pos2],
 ) -> impl Iterator<Item = (&'a Mark, Pos2)> {
     let all = move || marks.iter().zip(places.iter().copied());
-    all()
-        .filter(|(mark, _)| !mark.chosen)
-        .chain(all().filter(|(mark, _)| mark.chosen))
+    all().filter(|(mark, _)| !mark.chosen).chain(all().filter(|(mark, _)| mark.chosen))
 }

@@ -58,11 +58,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         Phase::Blocked(_) => "Action needed",
         Phase::Ready { device } => device,
     });
-    if ui
-        .button(device)
-        .on_hover_text("Performance of this machine")
-        .clicked()
-    {
+    if ui.button(device).on_hover_text("Performance of this machine").clicked() {
         out.push(Command::Window(WindowCommand::ToggleMachine));
     }
     let Some(project) = context.project else {
@@ -71,10 +67,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     // 24000 / 1001 has no end.
     let rate = (1e3 * project.settings.shoot.frame_rate).round() / 1e3;
     match context.relit {
-        Some(relit) => figure_ui(
-            ui,
-            &format!("{} × {}, {rate} fps", relit.width, relit.height),
-        ),
+        Some(relit) => figure_ui(ui, &format!("{} × {}, {rate} fps", relit.width, relit.height)),
         None => figure_ui(ui, &format!("{rate} fps")),
     };
     let share = context.relit.map_or(0.0, |relit| relit.uncovered * 100.0);
@@ -91,12 +84,10 @@ fn saved_ui(ui: &mut Ui, context: &PanelContext) {
         return;
     }
     match context.unsaved {
-        Some(why) => ui
-            .label(small("Not saved").color(theme::WARNING))
-            .on_hover_text(why),
-        None if context.saving => ui
-            .label(small("Saving…").color(theme::QUIET))
-            .on_hover_text("The disk is slow"),
+        Some(why) => ui.label(small("Not saved").color(theme::WARNING)).on_hover_text(why),
+        None if context.saving => {
+            ui.label(small("Saving…").color(theme::QUIET)).on_hover_text("The disk is slow")
+        }
         None => ui
             .label(small("Saved").color(theme::QUIET))
             .on_hover_text("Saved as you work, with undo"),

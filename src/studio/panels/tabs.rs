@@ -22,11 +22,7 @@ fn project_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         return;
     };
     let menu = ui.menu_button(RichText::new(&project.settings.name), |ui| {
-        ui.label(
-            RichText::new(shown(&project.root))
-                .size(12.0)
-                .color(theme::QUIET),
-        );
+        ui.label(RichText::new(shown(&project.root)).size(12.0).color(theme::QUIET));
         ui.separator();
         if ui.button("New project…").clicked() {
             out.push(Command::Project(ProjectCommand::New(None)));

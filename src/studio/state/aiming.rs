@@ -103,10 +103,7 @@ impl State {
     /// Places a light, or moves the one that the same drag has placed. What was asked for before something else was changed or
     /// undone comes too late.
     pub(super) fn aim(&mut self, aimed: AimedLight) {
-        let same = self
-            .aiming
-            .newest
-            .filter(|(last, _)| last.drag == aimed.drag);
+        let same = self.aiming.newest.filter(|(last, _)| last.drag == aimed.drag);
         let id = match (same, self.aiming.moves) {
             (Some((_, id)), _) => id,
             (None, _) if aimed.drag <= self.aiming.placed_for => return,
@@ -146,12 +143,7 @@ mod tests {
     use glam::Vec3;
 
     fn aimed(drag: u64, direction: Vec3) -> LookCommand {
-        LookCommand::Aim(AimedLight {
-            drag,
-            frame: 3,
-            pixel: [drag as usize, 2],
-            direction,
-        })
+        LookCommand::Aim(AimedLight { drag, frame: 3, pixel: [drag as usize, 2], direction })
     }
 
     #[test]
@@ -168,16 +160,10 @@ mod tests {
         s.release();
         assert_eq!(s.look.lighting.placed.len(), 1);
         assert_eq!(s.look.lighting.placed[0].yaw_deg, -90.0);
-        assert_eq!(
-            (s.chosen_light(), s.aimed_at(3), s.aimed_at(4)),
-            (Some(0), Some([1, 2]), None)
-        );
+        assert_eq!((s.chosen_light(), s.aimed_at(3), s.aimed_at(4)), (Some(0), Some([1, 2]), None));
         s.begin_aim(None);
         s.change(aimed(2, Vec3::Z));
-        assert_eq!(
-            (s.look.lighting.placed.len(), s.chosen_light()),
-            (2, Some(1))
-        );
+        assert_eq!((s.look.lighting.placed.len(), s.chosen_light()), (2, Some(1)));
         s.change(LookCommand::Undo);
         assert_eq!((s.look.lighting.placed.len(), s.chosen_light()), (1, None));
         s.change(LookCommand::Undo);
@@ -215,10 +201,7 @@ mod tests {
         s.change(aimed(2, Vec3::Z));
         s.change(LookCommand::Exposure(0.5));
         s.change(aimed(2, Vec3::X));
-        assert_eq!(
-            s.look.lighting.placed[0].yaw_deg, 180.0,
-            "another change ended the drag"
-        );
+        assert_eq!(s.look.lighting.placed[0].yaw_deg, 180.0, "another change ended the drag");
     }
 
     #[test]

@@ -19,10 +19,7 @@ pub struct View {
 
 impl View {
     /// The picture fills the viewport.
-    pub(crate) const FITTED: Self = Self {
-        zoom: 1.0,
-        pan: [0.0; 2],
-    };
+    pub(crate) const FITTED: Self = Self { zoom: 1.0, pan: [0.0; 2] };
 }
 
 impl State {
@@ -198,24 +195,12 @@ mod tests {
             s.enlarged
         };
         assert_eq!(flip(None), Some(CellPicture::Prediction));
-        assert_eq!(
-            flip(Some(CellPicture::Difference)),
-            Some(CellPicture::Prediction)
-        );
-        assert_eq!(
-            flip(Some(CellPicture::Truth)),
-            Some(CellPicture::Prediction)
-        );
-        assert_eq!(
-            flip(Some(CellPicture::Prediction)),
-            Some(CellPicture::Truth)
-        );
+        assert_eq!(flip(Some(CellPicture::Difference)), Some(CellPicture::Prediction));
+        assert_eq!(flip(Some(CellPicture::Truth)), Some(CellPicture::Prediction));
+        assert_eq!(flip(Some(CellPicture::Prediction)), Some(CellPicture::Truth));
         s.show(ViewCommand::Frame(3));
         s.show(ViewCommand::Cell(Some((2, 1))));
-        assert_eq!(
-            (s.chosen, s.enlarged),
-            (Some((2, 1)), Some(CellPicture::Truth))
-        );
+        assert_eq!((s.chosen, s.enlarged), (Some((2, 1)), Some(CellPicture::Truth)));
         s.show(ViewCommand::Cell(None));
         assert_eq!((s.chosen, s.enlarged), (Some((2, 1)), None));
     }
@@ -223,11 +208,8 @@ mod tests {
     #[test]
     fn lamps_are_shown_alone_and_together() {
         let mut s = state();
-        let lamps = [
-            ViewCommand::Solo(Some(7)),
-            ViewCommand::SoloAlso(2),
-            ViewCommand::SoloAlso(9),
-        ];
+        let lamps =
+            [ViewCommand::Solo(Some(7)), ViewCommand::SoloAlso(2), ViewCommand::SoloAlso(9)];
         lamps.into_iter().for_each(|command| s.show(command));
         assert_eq!(s.solo, [2, 7, 9]);
         s.show(ViewCommand::SoloAlso(7));
@@ -349,10 +331,7 @@ mod tests {
         let before = under(&s.view);
         s.show(ViewCommand::Zoom { factor: 2.5, about });
         let after = under(&s.view);
-        assert!(
-            (0..2).all(|i| (before[i] - after[i]).abs() < 1e-3),
-            "{before:?} {after:?}"
-        );
+        assert!((0..2).all(|i| (before[i] - after[i]).abs() < 1e-3), "{before:?} {after:?}");
         s.show(ViewCommand::Zoom { factor: 1e9, about });
         assert_eq!(s.view.zoom, 64.0);
         s.show(ViewCommand::Fit);

@@ -38,19 +38,15 @@ impl FeatureCache {
         pictures: Tensor<4>,
         names: &[PictureId],
     ) -> Vec<Tensor<4>> {
-        let new: Vec<usize> = (0..names.len())
-            .filter(|i| !self.kept.contains_key(&names[*i]))
-            .collect();
+        let new: Vec<usize> =
+            (0..names.len()).filter(|i| !self.kept.contains_key(&names[*i])).collect();
         if new.len() == names.len() {
             let layers = network.forward(pictures);
             self.keep(&layers, names.iter().copied());
             return layers;
         }
-        let computed = if new.is_empty() {
-            Vec::new()
-        } else {
-            network.forward(super::rows(pictures, &new))
-        };
+        let computed =
+            if new.is_empty() { Vec::new() } else { network.forward(super::rows(pictures, &new)) };
         let mut next = 0;
         let each: Vec<Vec<Tensor<4>>> = names
             .iter()
@@ -71,10 +67,7 @@ impl FeatureCache {
     fn keep(&mut self, layers: &[Tensor<4>], names: impl Iterator<Item = PictureId>) {
         for (i, name) in names.enumerate() {
             let layers = row(layers, i);
-            let bytes = layers
-                .iter()
-                .map(|l| 4 * l.shape().num_elements())
-                .sum::<usize>();
+            let bytes = layers.iter().map(|l| 4 * l.shape().num_elements()).sum::<usize>();
             if self.bytes + bytes > MAX_BYTES {
                 return;
             }

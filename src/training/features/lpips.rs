@@ -49,11 +49,7 @@ impl Lpips {
             Ok(weight.val().reshape([1, channels as i32, 1, 1]))
         };
         let weights = CHANNELS.into_iter().enumerate().map(weight);
-        Ok(Self {
-            weights: weights.collect::<Result<_>>()?,
-            network,
-            device,
-        })
+        Ok(Self { weights: weights.collect::<Result<_>>()?, network, device })
     }
 
     /// The distance of two pictures of one size, at least 16 pixels wide and high: 0 where they are equal, about 0.7 where
@@ -105,10 +101,7 @@ mod tests {
             let picture = image::open(folder.join(name)).unwrap().to_rgb8();
             let size = picture.dimensions();
             Encoded(Raster::from_fn(size.0 as usize, size.1 as usize, |x, y| {
-                picture
-                    .get_pixel(x as u32, y as u32)
-                    .0
-                    .map(|v| f32::from(v) / 255.0)
+                picture.get_pixel(x as u32, y as u32).0.map(|v| f32::from(v) / 255.0)
             }))
         };
         let reference = read("ex_ref.png");
@@ -116,10 +109,7 @@ mod tests {
         for (name, expected) in [("ex_p0.png", 0.7112), ("ex_p1.png", 0.1479)] {
             let found = lpips.distance(&reference, &read(name)).unwrap();
             println!("{name}: {found:.4}");
-            assert!(
-                (found - expected).abs() < 2e-3,
-                "{name}: {found}, not {expected}"
-            );
+            assert!((found - expected).abs() < 2e-3, "{name}: {found}, not {expected}");
         }
         assert_eq!(lpips.distance(&reference, &reference).unwrap(), 0.0);
         let small = Encoded(Raster::filled(8, 8, [0.5; 3]));

@@ -46,10 +46,7 @@ fn squeezenet_shapes() -> Vec<(String, Vec<usize>)> {
         .into_iter()
         .flat_map(|(name, [inputs, outputs, kernel])| {
             [
-                (
-                    format!("{name}.weight"),
-                    vec![outputs, inputs, kernel, kernel],
-                ),
+                (format!("{name}.weight"), vec![outputs, inputs, kernel, kernel]),
                 (format!("{name}.bias"), vec![outputs]),
             ]
         })
@@ -96,10 +93,7 @@ fn refusal(name: &str, bytes: &[u8]) -> String {
     let (_folder, path) = file(name, bytes);
     let refused = Features::open(&path, &Device::flex()).err();
     let sentence = refused.expect("no such file is taken").for_terminal();
-    assert!(
-        sentence.contains(name) && sentence.contains("--features"),
-        "{sentence}"
-    );
+    assert!(sentence.contains(name) && sentence.contains("--features"), "{sentence}");
     sentence
 }
 
@@ -161,21 +155,13 @@ fn the_published_squeezenet_loads_and_sees_more_in_a_larger_change() {
     };
     let [none, small, large] = [1.0, 0.9, 0.3].map(&mut distance);
     assert!(none < 1.1 * EPSILON);
-    assert!(
-        small > 0.01 && small < large && large < 2.0,
-        "{small} and {large}"
-    );
+    assert!(small > 0.01 && small < large && large < 2.0, "{small} and {large}");
 }
 
 #[test]
 fn files_that_are_no_such_network_are_refused_with_sentences() {
-    let missing = Features::open(Path::new("nowhere.pth"), &Device::flex())
-        .err()
-        .unwrap();
-    assert!(
-        missing.to_string().starts_with("cannot open nowhere.pth"),
-        "{missing}"
-    );
+    let missing = Features::open(Path::new("nowhere.pth"), &Device::flex()).err().unwrap();
+    assert!(missing.to_string().starts_with("cannot open nowhere.pth"), "{missing}");
     let shapes = squeezenet_shapes();
     let whole = safetensors(&shapes);
     for part in [0, 5, 100, whole.len() / 2, whole.len() - 1] {
@@ -188,21 +174,12 @@ fn files_that_are_no_such_network_are_refused_with_sentences() {
     refusal("program.pth", b"cos\nsystem\n(S'true'\ntR.");
     assert!(refusal("letter.txt", b"Dear reader").contains("not in .safetensors or .pth"));
 
-    let other = refusal(
-        "other.safetensors",
-        &safetensors(&[("layer.0".to_owned(), vec![3, 3])]),
-    );
-    assert!(
-        other.contains("VGG-16") && other.contains("layer.0"),
-        "{other}"
-    );
+    let other = refusal("other.safetensors", &safetensors(&[("layer.0".to_owned(), vec![3, 3])]));
+    assert!(other.contains("VGG-16") && other.contains("layer.0"), "{other}");
     let mut wrong = shapes.clone();
     wrong[0].1 = vec![96, 3, 7, 7];
     let wrong = refusal("wrong.safetensors", &safetensors(&wrong));
-    assert!(
-        wrong.contains("features.0.weight of shape [64, 3, 3, 3]"),
-        "{wrong}"
-    );
+    assert!(wrong.contains("features.0.weight of shape [64, 3, 3, 3]"), "{wrong}");
     assert!(wrong.contains("found shape [96, 3, 7, 7]"), "{wrong}");
     let short = refusal("short.safetensors", &safetensors(&shapes[..40]));
     assert!(short.contains("no tensor of that name"), "{short}");
@@ -217,14 +194,9 @@ fn zero_error_black_and_saturated_pictures_have_finite_gradients() {
     let device = Device::flex().autodiff();
     let mut features = squeezenet(&device);
     let mask = Tensor::ones([1, 1, 16, 16], &device);
-    for (predicted, truth) in [
-        (0.0, 0.0),
-        (0.4, 0.4),
-        (0.0, 0.88),
-        (0.88, 0.0),
-        (65.0, 65.0),
-        (65.0, 0.0),
-    ] {
+    for (predicted, truth) in
+        [(0.0, 0.0), (0.4, 0.4), (0.0, 0.88), (0.88, 0.0), (65.0, 65.0), (65.0, 0.0)]
+    {
         let picture = |level: f32| Tensor::<4>::full([2, 3, 16, 16], level, &device);
         let predicted = picture(predicted).require_grad();
         let loss = features.distance(predicted.clone(), picture(truth), &mask, None);
@@ -249,29 +221,18 @@ fn what_lies_outside_the_mask_does_not_count() {
         distance.into_scalar::<f32>()
     };
     let none = distance(truth.zeros_like());
-    assert_eq!(
-        distance((mask.clone().neg() + 1.0) * random([2, 3, 32, 32], &device)),
-        none
-    );
+    assert_eq!(distance((mask.clone().neg() + 1.0) * random([2, 3, 32, 32], &device)), none);
     assert!(distance(mask.clone() * 0.1) > 10.0 * none);
     let empty = mask.zeros_like();
     let other = random([2, 3, 32, 32], &device);
-    assert!(
-        features
-            .distance(other, truth, &empty, None)
-            .into_scalar::<f32>()
-            .is_finite()
-    );
+    assert!(features.distance(other, truth, &empty, None).into_scalar::<f32>().is_finite());
 }
 
 #[test]
 fn the_gradient_is_that_of_finite_differences() {
     let device = Device::flex().autodiff();
     let mut features = squeezenet(&device);
-    let (truth, start) = (
-        random([1, 3, 32, 32], &device),
-        random([1, 3, 32, 32], &device),
-    );
+    let (truth, start) = (random([1, 3, 32, 32], &device), random([1, 3, 32, 32], &device));
     let mask = random([1, 1, 32, 32], &device);
     let network = features.network.clone();
     let mut distance = |x: Tensor<4>| features.distance(x, truth.clone(), &mask, None);
@@ -286,10 +247,7 @@ fn the_gradient_is_that_of_finite_differences() {
     let mut value = |x: Tensor<4>| distance(x).into_scalar::<f32>();
     let slope = (value(start.clone() + step.clone()) - value(start - step)) / (2.0 * h);
     // ReLU and maximum have kinks, which differences step over.
-    assert!(
-        (slope / square - 1.0).abs() < 0.03,
-        "{slope} against {square}"
-    );
+    assert!((slope / square - 1.0).abs() < 0.03, "{slope} against {square}");
 }
 
 /// Pictures in one batch have the same layers as alone, bit for bit, so that the cache cannot change a run.
@@ -299,10 +257,7 @@ fn remembered_pictures_have_the_layers_of_new_ones() {
     let device = Device::flex();
     let mut features = squeezenet(&device);
     let source = SampleSource::Exemplar { pose: 1 };
-    let name = |lamp| PictureId {
-        source,
-        picture: PictureKind::Olat(lamp),
-    };
+    let name = |lamp| PictureId { source, picture: PictureKind::Olat(lamp) };
     let pictures = random([5, 3, 64, 64], &device);
     let anew = features.network.forward(pictures.clone());
     for lamps in [vec![2], vec![1, 2, 4], vec![0, 1, 2, 3, 4], vec![4, 0]] {

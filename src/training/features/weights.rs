@@ -33,10 +33,9 @@ impl WeightFile {
         files::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         let tensors = match extension.to_ascii_lowercase().as_str() {
-            "safetensors" => SafetensorsStore::from_file(path)
-                .get_all_tensors()
-                .map_err(|e| refuse(&e))?
-                .clone(),
+            "safetensors" => {
+                SafetensorsStore::from_file(path).get_all_tensors().map_err(|e| refuse(&e))?.clone()
+            }
             "pth" | "pt" => PytorchReader::new(path)
                 .map_err(|e| refuse(&e))?
                 .into_tensors()
@@ -53,10 +52,7 @@ impl WeightFile {
                 ));
             }
         };
-        Ok(Self {
-            path: path.to_path_buf(),
-            tensors,
-        })
+        Ok(Self { path: path.to_path_buf(), tensors })
     }
 
     /// Whether there is a tensor of this name.
@@ -77,17 +73,12 @@ impl WeightFile {
         let refuse = |found: String| {
             self.invalid(format!("expected {name} of shape {shape:?}, found {found}"))
         };
-        let tensor = self
-            .tensors
-            .get(name)
-            .ok_or_else(|| refuse("no tensor of that name".to_owned()))?;
+        let tensor =
+            self.tensors.get(name).ok_or_else(|| refuse("no tensor of that name".to_owned()))?;
         if tensor.shape.as_slice() != shape {
             return Err(refuse(format!("shape {:?}", tensor.shape.as_slice())));
         }
-        if !matches!(
-            tensor.dtype,
-            DType::F64 | DType::F32 | DType::F16 | DType::BF16
-        ) {
+        if !matches!(tensor.dtype, DType::F64 | DType::F32 | DType::F16 | DType::BF16) {
             return Err(refuse(format!("values of type {:?}", tensor.dtype)));
         }
         let values = tensor
@@ -112,10 +103,7 @@ impl WeightFile {
         names.truncate(4);
         let found = match count {
             0 => "it holds no tensors".to_owned(),
-            _ => format!(
-                "it holds {count} tensors, the first of them {}",
-                names.join(", ")
-            ),
+            _ => format!("it holds {count} tensors, the first of them {}", names.join(", ")),
         };
         self.invalid(format!(
             "{found}, not those of VGG-16, VGG-19 or SqueezeNet 1.1 under torchvision's names, such as \

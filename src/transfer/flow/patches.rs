@@ -89,13 +89,7 @@ impl Patch {
         let [xx, xy, yy] = sums(&[xx, xy, yy]);
         let (xx, yy) = (xx + DAMPING, yy + DAMPING);
         let scale = 1.0 / (xx * yy - xy * xy);
-        Self {
-            corner,
-            codes,
-            slope_x,
-            slope_y,
-            inverse: [scale * yy, -scale * xy, scale * xx],
-        }
+        Self { corner, codes, slope_x, slope_y, inverse: [scale * yy, -scale * xy, scale * xx] }
     }
 
     /// Codes of `to` (continued by [`BORDER`]) at an offset, less the patch's.
@@ -118,10 +112,7 @@ impl Patch {
     fn at(&self, to: &Raster<f32>, offset: [f32; 2]) -> Trial {
         let misses = self.misses(to, offset);
         let [mut mean, mut squares, mut dx, mut dy] = [Vector::default(); 4];
-        for (miss, (x, y)) in misses
-            .into_iter()
-            .zip(self.slope_x.into_iter().zip(self.slope_y))
-        {
+        for (miss, (x, y)) in misses.into_iter().zip(self.slope_x.into_iter().zip(self.slope_y)) {
             mean = mean + miss;
             squares = squares + miss * miss;
             dx = dx + miss * x;
@@ -130,21 +121,13 @@ impl Patch {
         let [mean, squares, dx, dy] = sums(&[mean, squares, dx, dy]);
         let [xx, xy, yy] = self.inverse;
         let miss = squares - mean * mean / AREA;
-        Trial {
-            offset,
-            miss,
-            step: [-(xx * dx + xy * dy), -(xy * dx + yy * dy)],
-        }
+        Trial { offset, miss, step: [-(xx * dx + xy * dy), -(xy * dx + yy * dy)] }
     }
 
     /// The better of `best` and an offset.
     #[inline(always)]
     fn better(&self, to: &Raster<f32>, best: Trial, offset: [f32; 2]) -> Trial {
-        if (offset[0] - best.offset[0])
-            .abs()
-            .max((offset[1] - best.offset[1]).abs())
-            < ALIKE
-        {
+        if (offset[0] - best.offset[0]).abs().max((offset[1] - best.offset[1]).abs()) < ALIKE {
             return best;
         }
         let trial = self.at(to, offset);
@@ -166,16 +149,9 @@ impl Patch {
             }
             best = next;
         }
-        let (dx, dy) = (
-            best.offset[0] - start.offset[0],
-            best.offset[1] - start.offset[1],
-        );
+        let (dx, dy) = (best.offset[0] - start.offset[0], best.offset[1] - start.offset[1]);
         // Farther than a patch is most likely another place alike.
-        if dx * dx + dy * dy > AREA {
-            start
-        } else {
-            best
-        }
+        if dx * dx + dy * dy > AREA { start } else { best }
     }
 }
 
@@ -192,9 +168,7 @@ pub fn matched(
     let stride = settings.stride.clamp(1, PATCH);
     let corners = |length: usize| -> Vec<usize> {
         let last = length - PATCH;
-        (0..=last.div_ceil(stride))
-            .map(|i| (i * stride).min(last))
-            .collect()
+        (0..=last.div_ceil(stride)).map(|i| (i * stride).min(last)).collect()
     };
     let (columns, rows) = (corners(size.0), corners(size.1));
     let (from, to) = (&continued(from), &continued(to));

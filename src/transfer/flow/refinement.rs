@@ -48,28 +48,15 @@ fn pulled(to: &Raster<f32>, field: &Field) -> (Vec<f32>, Vec<f32>) {
     let (width, height) = to.size();
     let (mut codes, mut seen) = (vec![0.0; width * height], vec![0.0; width * height]);
     for p in 0..width * height {
-        let (x, y) = (
-            (p % width) as f32 + field[0].pixels[p],
-            (p / width) as f32 + field[1].pixels[p],
-        );
-        let inside = (
-            x.clamp(0.0, (width - 1) as f32),
-            y.clamp(0.0, (height - 1) as f32),
-        );
+        let (x, y) =
+            ((p % width) as f32 + field[0].pixels[p], (p / width) as f32 + field[1].pixels[p]);
+        let inside = (x.clamp(0.0, (width - 1) as f32), y.clamp(0.0, (height - 1) as f32));
         seen[p] = if inside == (x, y) { 1.0 } else { 0.0 };
-        let (left, top) = (
-            (inside.0 as usize).min(width - 2),
-            (inside.1 as usize).min(height - 2),
-        );
+        let (left, top) = ((inside.0 as usize).min(width - 2), (inside.1 as usize).min(height - 2));
         let (x, y) = (inside.0 - left as f32, inside.1 - top as f32);
-        let (above, below) = (
-            &to.pixels[top * width + left..][..2],
-            &to.pixels[(top + 1) * width + left..][..2],
-        );
-        let (a, b) = (
-            above[0] + x * (above[1] - above[0]),
-            below[0] + x * (below[1] - below[0]),
-        );
+        let (above, below) =
+            (&to.pixels[top * width + left..][..2], &to.pixels[(top + 1) * width + left..][..2]);
+        let (a, b) = (above[0] + x * (above[1] - above[0]), below[0] + x * (below[1] - below[0]));
         codes[p] = a + y * (b - a);
     }
     (codes, seen)
@@ -107,11 +94,7 @@ impl Halves {
     #[inline(always)]
     fn sides(self, row: &[f32], half: usize) -> (&[f32], &[f32]) {
         let (even, odd) = row.split_at(self.length());
-        if half == 0 {
-            (&even[1..], odd)
-        } else {
-            (&odd[1..], &even[1..])
-        }
+        if half == 0 { (&even[1..], odd) } else { (&odd[1..], &even[1..]) }
     }
 
     #[inline(always)]
@@ -135,18 +118,8 @@ fn data_terms(
 ) -> Vec<[Vector; TERMS]> {
     let (width, height) = from.size();
     let (pulled, seen) = pulled(to, field);
-    let mean: Vec<f32> = from
-        .pixels
-        .iter()
-        .zip(&pulled)
-        .map(|(a, b)| 0.5 * (a + b))
-        .collect();
-    let miss: Vec<f32> = from
-        .pixels
-        .iter()
-        .zip(&pulled)
-        .map(|(a, b)| b - a)
-        .collect();
+    let mean: Vec<f32> = from.pixels.iter().zip(&pulled).map(|(a, b)| 0.5 * (a + b)).collect();
+    let miss: Vec<f32> = from.pixels.iter().zip(&pulled).map(|(a, b)| b - a).collect();
     let (sx, sy) = (slope(&mean, width, true), slope(&mean, width, false));
     let sxy = slope(&sx, width, false);
     let sources = [
@@ -159,17 +132,11 @@ fn data_terms(
     let mut split = vec![0.0; TERMS * halves.stride()];
     for (y, out) in terms.chunks_exact_mut(2 * halves.vectors).enumerate() {
         let at = y * width..(y + 1) * width;
-        let (u, v, seen) = (
-            &field[0].pixels[at.clone()],
-            &field[1].pixels[at.clone()],
-            &seen[at.clone()],
-        );
+        let (u, v, seen) =
+            (&field[0].pixels[at.clone()], &field[1].pixels[at.clone()], &seen[at.clone()]);
         for (sources, out) in sources.iter().zip(row.chunks_mut(3 * width)) {
-            let (sx, sy, miss) = (
-                &sources[0][at.clone()],
-                &sources[1][at.clone()],
-                &sources[2][at.clone()],
-            );
+            let (sx, sy, miss) =
+                (&sources[0][at.clone()], &sources[1][at.clone()], &sources[2][at.clone()]);
             let (a, out) = out.split_at_mut(width);
             let (b, c) = out.split_at_mut(width);
             for x in 0..width {
@@ -182,10 +149,8 @@ fn data_terms(
         }
         row[9 * width..10 * width].copy_from_slice(u);
         row[10 * width..].copy_from_slice(v);
-        for (k, (row, split)) in row
-            .chunks_exact(width)
-            .zip(split.chunks_exact_mut(halves.stride()))
-            .enumerate()
+        for (k, (row, split)) in
+            row.chunks_exact(width).zip(split.chunks_exact_mut(halves.stride())).enumerate()
         {
             halves.split(row, split);
             for (n, out) in out.iter_mut().enumerate() {
@@ -203,10 +168,7 @@ pub fn refine(from: &Raster<f32>, to: &Raster<f32>, field: &mut Field, settings:
         return;
     }
     let (width, height) = from.size();
-    let halves = Halves {
-        width,
-        vectors: width.div_ceil(2 * PATCH),
-    };
+    let halves = Halves { width, vectors: width.div_ceil(2 * PATCH) };
     let (stride, size) = (halves.stride(), 2 * halves.vectors);
     vectorized(
         #[inline(always)]
@@ -215,9 +177,8 @@ pub fn refine(from: &Raster<f32>, to: &Raster<f32>, field: &mut Field, settings:
             let mut u = vec![0.0; (height + 2) * stride];
             let mut v = u.clone();
             for (plane, field) in [&mut u, &mut v].into_iter().zip(field.iter()) {
-                for (out, row) in plane[stride..]
-                    .chunks_exact_mut(stride)
-                    .zip(field.pixels.chunks_exact(width))
+                for (out, row) in
+                    plane[stride..].chunks_exact_mut(stride).zip(field.pixels.chunks_exact(width))
                 {
                     halves.split(row, out);
                 }
@@ -250,10 +211,8 @@ pub fn refine(from: &Raster<f32>, to: &Raster<f32>, field: &mut Field, settings:
                     for sweep in 0..2 * SWEEPS {
                         if step >= sweep && step - sweep < height {
                             let row = step - sweep;
-                            let (half, at) = (
-                                step % 2,
-                                row % (2 * SWEEPS) * size + step % 2 * halves.vectors,
-                            );
+                            let (half, at) =
+                                (step % 2, row % (2 * SWEEPS) * size + step % 2 * halves.vectors);
                             let rows = [
                                 &mut u[row * stride..][..3 * stride],
                                 &mut v[row * stride..][..3 * stride],
@@ -296,10 +255,7 @@ fn linearize(
         let (a_below, b_below) = (halves.sides(u_below, half).0, halves.sides(v_below, half).0);
         for at in (0..halves.vectors).map(|k| k * PATCH) {
             let (a, b) = (Vector::read(a, at), Vector::read(b, at));
-            let (ux, vx) = (
-                Vector::read(a_side, at + 1) - a,
-                Vector::read(b_side, at + 1) - b,
-            );
+            let (ux, vx) = (Vector::read(a_side, at + 1) - a, Vector::read(b_side, at + 1) - b);
             let (uy, vy) = (Vector::read(a_below, at) - a, Vector::read(b_below, at) - b);
             let tie = (ux * ux + vx * vx + uy * uy + vy * vy).robust(0.5 * settings.alpha);
             tie.write(below, half * halves.length() + 1 + at);
@@ -314,25 +270,10 @@ fn linearize(
         let (half, at) = (n / halves.vectors, n % halves.vectors * PATCH);
         let left = Vector::read(halves.sides(right, half).1, at);
         let at = half * halves.length() + 1 + at;
-        let (right, above, below) = (
-            Vector::read(right, at),
-            Vector::read(above, at),
-            Vector::read(below, at),
-        );
+        let (right, above, below) =
+            (Vector::read(right, at), Vector::read(above, at), Vector::read(below, at));
         let (u, v) = (Vector::read(u, at), Vector::read(v, at));
-        let [
-            sx,
-            sy,
-            miss,
-            sxx,
-            sxy,
-            miss_x,
-            syx,
-            syy,
-            miss_y,
-            first_u,
-            first_v,
-        ] = *terms;
+        let [sx, sy, miss, sxx, sxy, miss_x, syx, syy, miss_y, first_u, first_v] = *terms;
         let r = miss + sx * u + sy * v;
         let (rx, ry) = (miss_x + sxx * u + sxy * v, miss_y + syx * u + syy * v);
         let k = (r * r).robust(0.5 * settings.delta);
@@ -345,17 +286,7 @@ fn linearize(
         let b1 = still * first_u - k * (sx * miss) - g * (sxx * miss_x + syx * miss_y);
         let b2 = still * first_v - k * (sy * miss) - g * (sxy * miss_x + syy * miss_y);
         let scale = Vector::all(OMEGA) / (own_u * own_v);
-        *out = [
-            left,
-            right,
-            above,
-            below,
-            shared,
-            b1,
-            b2,
-            scale * own_v,
-            scale * own_u,
-        ];
+        *out = [left, right, above, below, shared, b1, b2, scale * own_v, scale * own_u];
     }
 }
 
@@ -370,18 +301,9 @@ fn neighbours(
     let (above, rows) = rows.split_at_mut(halves.stride());
     let (here, below) = rows.split_at_mut(halves.stride());
     let (even, odd) = here.split_at_mut(halves.length());
-    let (here, side) = if half == 0 {
-        (even, &*odd)
-    } else {
-        (odd, &*even)
-    };
+    let (here, side) = if half == 0 { (even, &*odd) } else { (odd, &*even) };
     let first = half * halves.length() + 1;
-    let around = [
-        &side[half..],
-        &side[half + 1..],
-        &above[first..],
-        &below[first..],
-    ];
+    let around = [&side[half..], &side[half + 1..], &above[first..], &below[first..]];
     let around = around.map(|row| &row.as_chunks().0[..halves.vectors]);
     (&mut here[1..].as_chunks_mut().0[..halves.vectors], around)
 }
@@ -403,17 +325,7 @@ fn relax(halves: Halves, half: usize, kept: &[[Vector; COEFFICIENTS]], [u, v]: [
     let (v, around_v) = neighbours(halves, v, half);
     let slow = Vector::all(1.0 - OMEGA);
     for (k, equations) in kept[..halves.vectors].iter().enumerate() {
-        let [
-            left,
-            right,
-            above,
-            below,
-            shared,
-            b1,
-            b2,
-            inverse1,
-            inverse2,
-        ] = *equations;
+        let [left, right, above, below, shared, b1, b2, inverse1, inverse2] = *equations;
         let ties = [left, right, above, below];
         let (pull_u, pull_v) = (pull(around_u, k, ties), pull(around_v, k, ties));
         let (a, b) = (Vector(u[k]), Vector(v[k]));

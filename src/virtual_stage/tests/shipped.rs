@@ -22,47 +22,29 @@ fn the_shipped_interview_is_what_the_stage_traces() {
             std::fs::write(&path, bytes).unwrap();
             path
         };
-        let shipped = session
-            .sensor
-            .response
-            .decode(&decode(FRAMES[i].picture).unwrap());
+        let shipped = session.sensor.response.decode(&decode(FRAMES[i].picture).unwrap());
         assert_eq!(shipped.size(), (540, 960));
         let matte = read_mask(&put("frame.png", FRAMES[i].matte)).unwrap();
-        let (shipped, matte) = (
-            resize_area(&shipped, 135, 240),
-            resize_area(&matte, 135, 240),
-        );
+        let (shipped, matte) = (resize_area(&shipped, 135, 240), resize_area(&matte, 135, 240));
         let pose = &session.frames[i];
-        let traced = session
-            .take(pose, &session.bake(pose), size, (false, false), "")
-            .unwrap();
+        let traced = session.take(pose, &session.bake(pose), size, (false, false), "").unwrap();
         let missed = |pairs: &mut dyn Iterator<Item = (f32, f32)>| {
             let (mut off, mut level) = (0.0, 0.0);
             pairs.for_each(|(a, b)| (off, level) = (off + (a - b).abs(), level + b));
             off / level
         };
-        let off = missed(
-            &mut matte
-                .pixels
-                .iter()
-                .copied()
-                .zip(traced.coverage.pixels.iter().copied()),
-        );
+        let off =
+            missed(&mut matte.pixels.iter().copied().zip(traced.coverage.pixels.iter().copied()));
         assert!(off < 0.01, "frame {i}: the matte is off by {off}");
         // The exposure is set by poses that are not traced here, so the subject's level decides it.
         let inside = |pixels: &[[f32; 3]]| -> f32 {
             let pairs = pixels.iter().zip(&traced.coverage.pixels);
-            pairs
-                .filter(|(_, alpha)| **alpha == 1.0)
-                .map(|(pixel, _)| pixel[1])
-                .sum()
+            pairs.filter(|(_, alpha)| **alpha == 1.0).map(|(pixel, _)| pixel[1]).sum()
         };
         let exposure = inside(&shipped.pixels) / inside(&traced.sums[0].pixels);
         let plate = before_screen(&traced, exposure);
         let channels = |pixels: &[[f32; 3]]| pixels.iter().flatten().copied().collect::<Vec<_>>();
-        let pairs = channels(&shipped.pixels)
-            .into_iter()
-            .zip(channels(&plate.pixels));
+        let pairs = channels(&shipped.pixels).into_iter().zip(channels(&plate.pixels));
         let off = missed(&mut pairs.into_iter());
         assert!(off < 0.02, "frame {i} is off by {off}");
     }
@@ -83,8 +65,5 @@ fn the_demo_asks_for_the_shipped_interview_and_traces_its_truth() {
     assert!(there("interview_masks/frame_001.png") && there("truth/frame_001_relit_nave.exr"));
     let frame = read_encoded(&folder.path().join("interview/frame_001.png")).unwrap();
     assert_eq!(frame, decode(FRAMES[1].picture).unwrap());
-    assert_eq!(
-        report.files,
-        super::contents(Path::new(folder.path())).len()
-    );
+    assert_eq!(report.files, super::contents(Path::new(folder.path())).len());
 }

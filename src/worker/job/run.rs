@@ -35,13 +35,7 @@ impl Job {
             Self::Stage { folder, settings } => {
                 virtual_stage::write_shoot(&folder, &settings, progress).map(Outcome::Staged)
             }
-            Self::Import {
-                project,
-                shoot,
-                settings,
-                lamps,
-                name,
-            } => {
+            Self::Import { project, shoot, settings, lamps, name } => {
                 let mut project = footage::plan_import(&project, &shoot, &settings, progress)?;
                 if let Some(name) = name {
                     project.settings.name = name;
@@ -51,10 +45,7 @@ impl Job {
                     .map(|count| calibration::keep_lamps(&mut project, count, progress))
                     .transpose()?;
                 project.save()?;
-                Ok(Outcome::Imported(ImportReport::of(
-                    &project,
-                    subset.as_ref(),
-                )))
+                Ok(Outcome::Imported(ImportReport::of(&project, subset.as_ref())))
             }
             Self::Environments { project, change } => {
                 let environments = Project::change(&project, |project| {
@@ -76,10 +67,7 @@ impl Job {
                 })?;
                 Ok(Outcome::Calibrated(Box::new(found)))
             }
-            Self::Check {
-                project,
-                environments,
-            } => {
+            Self::Check { project, environments } => {
                 let project = Project::open(&project)?;
                 let lit = lit_by(&project, &environments, progress)?;
                 let evidence = Evidence::read(&project, progress)?;
@@ -106,31 +94,19 @@ impl Job {
                 let optimizer = checkpoint::has_optimizer(&project.checkpoint_path())?;
                 Ok(Outcome::WentBack(WentBack { info, optimizer }))
             }
-            Self::Farm {
-                project,
-                settings,
-                farm,
-                chunks,
-            } => {
+            Self::Farm { project, settings, farm, chunks } => {
                 let project = Project::open(&project)?;
                 farm::write_job(&project, &settings, &farm, &chunks, progress).map(Outcome::Farmed)
             }
-            Self::FarmTrain {
-                projects,
-                trainings,
-                farm,
-            } => {
+            Self::FarmTrain { projects, trainings, farm } => {
                 let projects = projects.iter().map(|root| Project::open(root));
                 let projects = projects.collect::<Result<Vec<_>>>()?;
                 farm::write_training(&projects, &trainings, &farm).map(Outcome::Farmed)
             }
-            Self::FarmChunk {
-                job,
-                frames,
-                device,
-                shoot,
-            } => farm::run_chunk(&job, frames, device, shoot.as_deref(), progress)
-                .map(Outcome::Chunk),
+            Self::FarmChunk { job, frames, device, shoot } => {
+                farm::run_chunk(&job, frames, device, shoot.as_deref(), progress)
+                    .map(Outcome::Chunk)
+            }
             Self::FarmTask { job, task } => {
                 farm::run_task(&job, task, progress).map(Outcome::Trained)
             }
@@ -165,20 +141,11 @@ impl Job {
             Self::Apply { project, rung } => {
                 apply(&Project::open(&project)?, &rung, progress).map(Outcome::Applied)
             }
-            Self::Demo {
-                folder,
-                prepare: true,
-                ..
-            } => {
+            Self::Demo { folder, prepare: true, .. } => {
                 let project = demo::prepare(&folder, progress)?;
                 Ok(Outcome::Imported(ImportReport::of(&project, None)))
             }
-            Self::Demo {
-                folder,
-                minutes,
-                device,
-                ..
-            } => {
+            Self::Demo { folder, minutes, device, .. } => {
                 let report = demo::run(&folder, minutes, device, progress)?;
                 Ok(Outcome::Shown(Box::new(report)))
             }
@@ -189,11 +156,7 @@ impl Job {
                 let person = Some(find_person()?);
                 make_mattes(&project, &settings, person, progress).map(Outcome::Matted)
             }
-            Self::Device {
-                program,
-                settings,
-                known,
-            } => {
+            Self::Device { program, settings, known } => {
                 let put = |report: &MachineReport| {
                     if let Some(known) = &known {
                         known.put(report.clone());
@@ -218,11 +181,7 @@ fn judged(
     progress: &Progress,
 ) -> Option<Prediction> {
     match with_and_without_network(project, pose, device) {
-        Ok([carried_db, corrected_db]) => Some(Prediction {
-            pose,
-            carried_db,
-            corrected_db,
-        }),
+        Ok([carried_db, corrected_db]) => Some(Prediction { pose, carried_db, corrected_db }),
         Err(e) => {
             progress.report(format!("The held-out pose was not predicted: {e}"), &e);
             None
@@ -249,10 +208,7 @@ fn lit_by(
         return wanted.iter().map(|name| lit(name)).collect();
     }
     let known = project.environments();
-    known
-        .iter()
-        .map(|known| lit(Path::new(&known.name)))
-        .collect()
+    known.iter().map(|known| lit(Path::new(&known.name))).collect()
 }
 
 /// Says where a person is in a picture, by a small network.

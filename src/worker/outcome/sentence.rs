@@ -40,10 +40,7 @@ pub(super) fn trained(report: &TrainReport) -> String {
 }
 
 pub(super) fn staged(report: &StageReport) -> String {
-    let mut text = format!(
-        "{} files in {:.0} s. What was traced:",
-        report.files, report.seconds
-    );
+    let mut text = format!("{} files in {:.0} s. What was traced:", report.files, report.seconds);
     for effect in &report.effects {
         let share = 100.0 * effect.share;
         text += &format!(
@@ -76,9 +73,9 @@ pub(super) fn imported(found: &ImportReport) -> String {
 
 pub(super) fn listed(report: &EnvironmentsReport) -> String {
     let lines = report.environments.iter().map(|known| {
-        let front = known.front.map_or(String::new(), |front| {
-            format!(", front at yaw {:.1}°", front.yaw_deg())
-        });
+        let front = known
+            .front
+            .map_or(String::new(), |front| format!(", front at yaw {:.1}°", front.yaw_deg()));
         let owner = if known.added { "added" } else { "the shoot's" };
         let line = format!("{}: {}, {owner}{front}", known.name, known.file.display());
         match known.complaint() {
@@ -113,16 +110,10 @@ pub(super) fn developed(report: &DevelopReport) -> String {
         100.0 * report.blind_share,
         100.0 * report.filled_share
     );
-    let estimated = report
-        .estimated_energy_share
-        .iter()
-        .copied()
-        .fold(0.0, f32::max);
+    let estimated = report.estimated_energy_share.iter().copied().fold(0.0, f32::max);
     if estimated > 0.0 {
-        text += &format!(
-            "; {:.1} % of the light was estimated, for clipped lamps",
-            100.0 * estimated
-        );
+        text +=
+            &format!("; {:.1} % of the light was estimated, for clipped lamps", 100.0 * estimated);
     }
     if let (Some(ratio), Some(stops)) = (report.exposure_ratio, report.disagreement_stops) {
         text += &format!(
@@ -145,22 +136,16 @@ pub(super) fn evaluated(report: &EvaluateReport) -> String {
         Method::Texler => "Patch-based training (Texler 2020)",
         Method::Sun => "Portrait relighting (Sun 2019)",
     };
-    let relit: Vec<String> = scores
-        .relit_psnr_db
-        .iter()
-        .map(|(name, db)| format!("{db:.2} dB under {name}"))
-        .collect();
-    let olats = scores
-        .olat_psnr_db
-        .map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
+    let relit: Vec<String> =
+        scores.relit_psnr_db.iter().map(|(name, db)| format!("{db:.2} dB under {name}")).collect();
+    let olats = scores.olat_psnr_db.map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
     let edges = scores.olat_shadow_edges.map_or(String::new(), |edges| {
         format!(", {:.2} dB at the edges of shadows", edges.psnr_db)
     });
     let frames: Vec<String> = scores.frames.iter().map(ToString::to_string).collect();
     let (relit, frames) = (relit.join(", "), frames.join(", "));
-    let flicker = report
-        .flicker
-        .map_or(String::new(), |flicker| format!("\n{}", flicker.sentence()));
+    let flicker =
+        report.flicker.map_or(String::new(), |flicker| format!("\n{}", flicker.sentence()));
     let learnt = match (report.training_seconds, report.training_steps) {
         (Some(seconds), Some(steps)) if scores.method.learns() => {
             let minutes = seconds / 60.0;
@@ -230,15 +215,8 @@ mod tests {
     #[test]
     fn what_training_adds_to_a_held_out_pose_is_said() {
         let mut report = report(f32::NAN, f32::NAN);
-        report.prediction = Some(Prediction {
-            pose: 4,
-            carried_db: 28.94,
-            corrected_db: 29.06,
-        });
+        report.prediction = Some(Prediction { pose: 4, carried_db: 28.94, corrected_db: 29.06 });
         let found = "OLATs of pose 4, held out: 28.9 dB carried over, 29.1 dB with the network";
-        assert_eq!(
-            trained(&report),
-            format!("Trained for 2 min, 1 step. {found}")
-        );
+        assert_eq!(trained(&report), format!("Trained for 2 min, 1 step. {found}"));
     }
 }

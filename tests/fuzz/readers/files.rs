@@ -54,11 +54,7 @@ fn openexr_of(
 
 /// OpenEXR: lines and tiles, every compression, a display window of its own, layers by name and grey.
 pub fn openexr() -> Vec<Vec<u8>> {
-    let encoding = |compression, blocks, line_order| Encoding {
-        compression,
-        blocks,
-        line_order,
-    };
+    let encoding = |compression, blocks, line_order| Encoding { compression, blocks, line_order };
     use Compression::*;
     let mut files: Vec<Vec<u8>> = [Uncompressed, RLE, ZIP1, ZIP16, PIZ, PXR24, B44]
         .into_iter()
@@ -68,18 +64,8 @@ pub fn openexr() -> Vec<Vec<u8>> {
         })
         .collect();
     let tiles = encoding(ZIP1, Blocks::Tiles(Vec2(4, 4)), LineOrder::Decreasing);
-    files.push(openexr_of(
-        (8, 4),
-        Some((-2, 1, 16, 8)),
-        tiles,
-        ["key.R", "key.G", "key.B"],
-    ));
-    files.push(openexr_of(
-        (6, 3),
-        None,
-        Encoding::UNCOMPRESSED,
-        ["Y", "Z", "id"],
-    ));
+    files.push(openexr_of((8, 4), Some((-2, 1, 16, 8)), tiles, ["key.R", "key.G", "key.B"]));
+    files.push(openexr_of((6, 3), None, Encoding::UNCOMPRESSED, ["Y", "Z", "id"]));
     files
 }
 

@@ -49,9 +49,8 @@ fn encoded_panoramas_of_any_content_are_read_or_refused() {
 fn pictures_of_any_content_are_read_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     // The decoder that panoramas do not use reads one of eight orientations and no XYZE.
-    let radiance = files::radiance()
-        .into_iter()
-        .filter(|file| !file.ends_with(b"\x01\x01\x01\x03"));
+    let radiance =
+        files::radiance().into_iter().filter(|file| !file.ends_with(b"\x01\x01\x01\x03"));
     // Nor layers by name and grey ones.
     let openexr = files::openexr().into_iter().take(7);
     let pictures = [files::encoded(), radiance.collect(), openexr.collect()].concat();

@@ -16,11 +16,7 @@ use test_support::shown;
 fn made() -> (tempfile::TempDir, Project) {
     static MADE: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
         let folder = tempfile::tempdir().unwrap();
-        let shoot = TestShoot {
-            frames: 2,
-            lamps: 4,
-            ..TestShoot::default()
-        };
+        let shoot = TestShoot { frames: 2, lamps: 4, ..TestShoot::default() };
         let (project, _) = shoot.calibrate(folder.path(), "project");
         project.save().unwrap();
         folder
@@ -97,25 +93,17 @@ fn a_calibration_of_any_content_is_used_or_refused() {
     // Without the line that holds its checksum.
     let open = sealed.split_once('\n').unwrap().1.to_owned();
     let seeds = [open, sealed].map(String::into_bytes).to_vec();
-    let measured = fuzz::run!(
-        Target::of_text("calibration", path, seeds),
-        |path: &Path| {
-            let calibration = Calibration::load(&project).map_err(|e| e.to_string())?;
-            calibration.warnings();
-            let light = [calibration.interview_light(), calibration.learnt_light()].concat();
-            assert!(
-                light.iter().flatten().all(|v| v.is_finite() && *v >= 0.0),
-                "{light:?}"
-            );
-            let name = path.display();
-            let reader = OlatReader::new(&project, &calibration.response, 0);
-            let olat = reader
-                .and_then(|reader| reader.read(0))
-                .map_err(|e| format!("{name}: {e}"))?;
-            assert!(olat.pixels.iter().flatten().all(|v| v.is_finite()));
-            Ok(())
-        }
-    );
+    let measured = fuzz::run!(Target::of_text("calibration", path, seeds), |path: &Path| {
+        let calibration = Calibration::load(&project).map_err(|e| e.to_string())?;
+        calibration.warnings();
+        let light = [calibration.interview_light(), calibration.learnt_light()].concat();
+        assert!(light.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{light:?}");
+        let name = path.display();
+        let reader = OlatReader::new(&project, &calibration.response, 0);
+        let olat = reader.and_then(|reader| reader.read(0)).map_err(|e| format!("{name}: {e}"))?;
+        assert!(olat.pixels.iter().flatten().all(|v| v.is_finite()));
+        Ok(())
+    });
     shown!(Strangers, "A `calibration.toml` of any content",
         danger: "a crash, or light that is NaN, infinite or negative",
         done: "every number that light is computed from is checked when it is read",
@@ -134,16 +122,10 @@ fn a_manifest_of_any_content_gives_a_project_that_opens_or_none() {
         "tracking": {"before_lamp": [0, 2, 4]}, "bank_directions": [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1]],
         "hdris": [{"name": "sky", "file": "sky.exr", "front": 90}]}"#;
     let poses = project.settings.shoot.poses.len().to_string();
-    let some = String::from_utf8_lossy(some).replace(
-        "\"exemplar_poses\": 1",
-        &format!("\"exemplar_poses\": {poses}"),
-    );
+    let some = String::from_utf8_lossy(some)
+        .replace("\"exemplar_poses\": 1", &format!("\"exemplar_poses\": {poses}"));
     let root = folder.path().join("imported");
-    let target = Target::of_text(
-        "manifest",
-        path,
-        vec![full, some.into_bytes(), b"{}".to_vec()],
-    );
+    let target = Target::of_text("manifest", path, vec![full, some.into_bytes(), b"{}".to_vec()]);
     let measured = fuzz::run!(target, |path: &Path| {
         scan::scan(&shoot);
         let settings = ImportSettings { size: 32, seed: 1 };
@@ -151,9 +133,7 @@ fn a_manifest_of_any_content_gives_a_project_that_opens_or_none() {
         let imported = import(&root, &shoot, &settings, &Progress::silent())
             .map_err(|e| format!("{}: {e}", path.display()))?;
         assert_eq!(Project::open(&root).unwrap(), imported);
-        TrackingFrames::of(&imported, 0)
-            .map(drop)
-            .map_err(|e| e.to_string())
+        TrackingFrames::of(&imported, 0).map(drop).map_err(|e| e.to_string())
     });
     shown!(Strangers, "A `manifest.json` of any content",
         danger: "a crash, or a project that cannot be opened again",

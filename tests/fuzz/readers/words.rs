@@ -13,10 +13,7 @@ fn response(text: &str) -> Result<(), String> {
     let response: Response = text.parse()?;
     for code in [0.0, 0.25, 1.0] {
         let light = response.decode_value(code);
-        assert!(
-            (0.0..=1.0).contains(&light),
-            "{response:?} at {code} is {light}"
-        );
+        assert!((0.0..=1.0).contains(&light), "{response:?} at {code} is {light}");
     }
     Ok(())
 }
@@ -31,13 +28,7 @@ fn light(text: &str) -> Result<(), String> {
     let light: PlacedLight = text.parse()?;
     let mut sky = Image::filled(16, 8, [0.0; 3]);
     light.add_to(&mut sky);
-    assert!(
-        sky.pixels
-            .iter()
-            .flatten()
-            .all(|v| v.is_finite() && *v >= 0.0),
-        "{light:?}"
-    );
+    assert!(sky.pixels.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{light:?}");
     assert!(light.direction().is_normalized());
     Ok(())
 }
@@ -45,10 +36,7 @@ fn light(text: &str) -> Result<(), String> {
 fn keyframes(text: &str) -> Result<(), String> {
     let mut keys: Keyframes = text.parse()?;
     for frame in [-1e300, 0.0, 0.5, 3.0, 1e9, f64::NAN, f64::INFINITY] {
-        assert!(
-            keys.at(frame).is_none_or(f64::is_finite),
-            "{keys:?} at {frame}"
-        );
+        assert!(keys.at(frame).is_none_or(f64::is_finite), "{keys:?} at {frame}");
     }
     let _ = keys.shift(0, 7.0, -1.0);
     keys.set_kind(0, Interpolation::Bezier);

@@ -42,11 +42,7 @@ impl Moments {
     pub fn next(&mut self, whole: Duration, folders: &[&Path]) -> Moment {
         let after = whole.mul_f64(self.share());
         if self.share() < 0.5 {
-            return Moment {
-                after,
-                changes: 0,
-                folders: Vec::new(),
-            };
+            return Moment { after, changes: 0, folders: Vec::new() };
         }
         Moment {
             after: Duration::from_secs_f64(0.004 * self.share().powi(3)),

@@ -120,18 +120,12 @@ impl Rules {
                 panic!("{REQUIRED} names {name:?}; what can be required is: {names}")
             })
         };
-        Self {
-            required: names.filter(|name| !name.is_empty()).map(need).collect(),
-            record,
-        }
+        Self { required: names.filter(|name| !name.is_empty()).map(need).collect(), record }
     }
 
     fn miss(&self, need: Need, why: &str) {
         let name = need.name();
-        assert!(
-            !self.required.contains(&need),
-            "{name} is missing, which {REQUIRED} names: {why}"
-        );
+        assert!(!self.required.contains(&need), "{name} is missing, which {REQUIRED} names: {why}");
         eprintln!("skipped for lack of {name}: {why}");
         let Some(record) = &self.record else { return };
         let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();

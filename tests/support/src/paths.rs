@@ -16,17 +16,12 @@ pub fn repository(path: impl AsRef<Path>) -> PathBuf {
 pub fn shared(path: impl AsRef<Path>) -> Option<PathBuf> {
     let path = repository("../shared").join(path);
     let missing = format!("{} is missing", path.display());
-    found(
-        Need::SharedData,
-        path.exists().then_some(path).ok_or(missing),
-    )
+    found(Need::SharedData, path.exists().then_some(path).ok_or(missing))
 }
 
 /// The folder that has the lock file, from one of its packages up.
 fn root(package: &Path) -> &Path {
-    let root = package
-        .ancestors()
-        .find(|at| at.join("Cargo.lock").exists());
+    let root = package.ancestors().find(|at| at.join("Cargo.lock").exists());
     root.unwrap_or_else(|| panic!("no Cargo.lock in or above {}", package.display()))
 }
 

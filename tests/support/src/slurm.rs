@@ -25,9 +25,8 @@ impl Slurm {
         let config = folder.path().join("slurm.conf");
         let slurm = Self { folder, config };
         let at = |name: &str| slurm.folder.path().join(name);
-        let key: Vec<u8> = (0..1024u32)
-            .map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8)
-            .collect();
+        let key: Vec<u8> =
+            (0..1024u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
         std::fs::write(at("munge.key"), key).map_err(|e| e.to_string())?;
         private(&at("munge.key"))?;
         for name in ["state", "spool"] {
@@ -75,21 +74,9 @@ impl Slurm {
             format!("SlurmctldPort={controller}\nSlurmdPort={node}"),
             format!("AuthType=auth/munge\nAuthInfo=socket={}", at("munge.sock")),
             format!("SlurmUser={user}\nSlurmdUser={user}"),
-            format!(
-                "StateSaveLocation={}\nSlurmdSpoolDir={}",
-                at("state"),
-                at("spool")
-            ),
-            format!(
-                "SlurmctldPidFile={}\nSlurmdPidFile={}",
-                at("slurmctld.pid"),
-                at("slurmd.pid")
-            ),
-            format!(
-                "SlurmctldLogFile={}\nSlurmdLogFile={}",
-                at("slurmctld.log"),
-                at("slurmd.log")
-            ),
+            format!("StateSaveLocation={}\nSlurmdSpoolDir={}", at("state"), at("spool")),
+            format!("SlurmctldPidFile={}\nSlurmdPidFile={}", at("slurmctld.pid"), at("slurmd.pid")),
+            format!("SlurmctldLogFile={}\nSlurmdLogFile={}", at("slurmctld.log"), at("slurmd.log")),
             "ProctrackType=proctrack/linuxproc\nTaskPlugin=task/none".to_owned(),
             "SchedulerType=sched/builtin\nSelectType=select/cons_tres".to_owned(),
             "SelectTypeParameters=CR_Core\nJobAcctGatherType=jobacct_gather/none".to_owned(),
@@ -161,10 +148,7 @@ fn run(command: &mut Command) -> Result<(), String> {
 /// A port that was free a moment ago.
 fn free_port() -> Result<u16, String> {
     let listener = TcpListener::bind("127.0.0.1:0").map_err(|e| e.to_string())?;
-    listener
-        .local_addr()
-        .map(|at| at.port())
-        .map_err(|e| e.to_string())
+    listener.local_addr().map(|at| at.port()).map_err(|e| e.to_string())
 }
 
 /// MUNGE takes no key that others may read.

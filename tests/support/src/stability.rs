@@ -107,31 +107,16 @@ pub fn record(package: &str, place: &str, case: &Case) {
         .create(true)
         .open(&path)
         .and_then(|mut file| file.write_all(line(package, place, case).as_bytes()))
-        .unwrap_or_else(|e| {
-            panic!(
-                "cannot record a case in {}: {e}",
-                Path::new(&path).display()
-            )
-        });
+        .unwrap_or_else(|e| panic!("cannot record a case in {}: {e}", Path::new(&path).display()));
 }
 
 /// The line of a case: what it holds with tabs between.
 fn line(package: &str, place: &str, case: &Case) -> String {
-    let test = place
-        .trim_end_matches("::here")
-        .replace("::{{closure}}", "");
+    let test = place.trim_end_matches("::here").replace("::{{closure}}", "");
     let test = test.split_once("::").map_or(&*test, |(_, test)| test);
     let section = case.section.title();
-    let words = [
-        section,
-        package,
-        test,
-        case.case,
-        case.danger,
-        case.done,
-        case.bound,
-        case.measured,
-    ];
+    let words =
+        [section, package, test, case.case, case.danger, case.done, case.bound, case.measured];
     let words = words.map(|words| words.split_whitespace().collect::<Vec<_>>().join(" "));
     words.join("\t") + "\n"
 }
@@ -192,34 +177,19 @@ mod tests {
         let old = line(
             "afterlight-light",
             "light::sun::tests::kept::here",
-            &Case {
-                measured: "2",
-                ..case
-            },
+            &Case { measured: "2", ..case },
         );
-        let new = line(
-            "afterlight-light",
-            "light::sun::tests::kept::{{closure}}::here",
-            &case,
-        );
+        let new = line("afterlight-light", "light::sun::tests::kept::{{closure}}::here", &case);
         let other = line(
             "afterlight",
             "stability::lock::here",
-            &Case {
-                section: Section::Strangers,
-                ..case
-            },
+            &Case { section: Section::Strangers, ..case },
         );
         let page = page(&(old + &new + &other));
         let row = "| a sun of one texel | it is lost | split \\| by area | 1e-5 | 3e-7 | `light` `sun::tests::kept` |";
         assert_eq!(page.matches(row).count(), 1, "{page}");
         assert_eq!(page.matches("a sun").count(), 2, "{page}");
-        let titles = [
-            "## Files from strangers",
-            "`lock`",
-            "## Light",
-            "`sun::tests::kept`",
-        ];
+        let titles = ["## Files from strangers", "`lock`", "## Light", "`sun::tests::kept`"];
         let at = titles.map(|title| page.find(title).unwrap());
         assert!(at.is_sorted(), "{page}");
     }

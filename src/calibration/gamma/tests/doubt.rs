@@ -11,9 +11,7 @@ fn without_bright_pixels_gamma2_is_said_to_be_an_assumption() {
     off(&fit, [2.5, 1.9]);
     let warnings = warnings(&fit);
     assert!(
-        warnings
-            .iter()
-            .any(|w| w.contains("do not determine the camera's γ2")),
+        warnings.iter().any(|w| w.contains("do not determine the camera's γ2")),
         "{warnings:?}"
     );
     assert!(!warnings.iter().any(|w| w.contains("γ1")), "{warnings:?}");
@@ -25,12 +23,7 @@ fn without_dark_pixels_gamma1_is_said_to_be_rough() {
     let off = off(&fit, [2.5, 1.9]);
     assert!(off[0].abs() < 2.0 * fit.deviation[0]);
     let warnings = warnings(&fit);
-    assert!(
-        warnings
-            .iter()
-            .any(|w| w.contains("γ1") && w.contains("shadows")),
-        "{warnings:?}"
-    );
+    assert!(warnings.iter().any(|w| w.contains("γ1") && w.contains("shadows")), "{warnings:?}");
 }
 
 #[test]
@@ -38,19 +31,11 @@ fn a_much_changed_exposure_raises_doubt_even_on_small_balls() {
     // Balls of 84 pixels under fourteen lamps hardly tell, so the fit may keep to an untouched camera: 20 %
     // pass unnoticed there, though not on balls of 230 pixels under 41 lamps (see the shared shoot).
     for exposure in [0.75, 1.4] {
-        let fit = fitted(
-            &SmallShoot {
-                exposure,
-                ..SmallShoot::default()
-            },
-            None,
-        );
+        let fit = fitted(&SmallShoot { exposure, ..SmallShoot::default() }, None);
         off(&fit, [2.5, 1.9]);
         let warnings = warnings(&fit);
         assert!(
-            warnings
-                .iter()
-                .any(|w| w.contains("between the balls and the filming")),
+            warnings.iter().any(|w| w.contains("between the balls and the filming")),
             "{:.3}: {warnings:?}",
             fit.changed_exposure()
         );
@@ -88,13 +73,7 @@ fn light_that_is_no_sum_of_lamps_is_not_taken_for_a_changed_exposure() {
 #[test]
 fn no_case_is_ever_certain() {
     for exposure in [1.0, 0.5] {
-        let fit = fitted(
-            &SmallShoot {
-                exposure,
-                ..SmallShoot::default()
-            },
-            None,
-        );
+        let fit = fitted(&SmallShoot { exposure, ..SmallShoot::default() }, None);
         let [first, second] = fit.cases;
         assert!(first.probability >= second.probability && second.probability > 0.005);
         assert!((first.probability + second.probability - 1.0).abs() < 1e-6);
@@ -105,20 +84,11 @@ fn no_case_is_ever_certain() {
 #[test]
 fn a_camera_of_another_curve_is_noticed() {
     for response in [Response::Srgb, Response::Rec709] {
-        let fit = fitted(
-            &SmallShoot {
-                response,
-                ..SmallShoot::default()
-            },
-            None,
-        );
+        let fit = fitted(&SmallShoot { response, ..SmallShoot::default() }, None);
         assert_eq!(fit.better_curve.map(|curve| curve.response), Some(response));
         assert!(warnings(&fit)[0].contains(response.name()));
         // The calibration uses it.
-        let shoot = SmallShoot::default()
-            .project(Path::new("nowhere"))
-            .settings
-            .shoot;
+        let shoot = SmallShoot::default().project(Path::new("nowhere")).settings.shoot;
         let found = ChosenResponse::fitted(&fit, &shoot);
         assert_eq!((found.response, found.deviation), (response, [0.0; 2]));
         // Two of the deviations (0.03 to 0.04) that dual gammas of such small shoots have.

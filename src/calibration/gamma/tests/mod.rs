@@ -9,9 +9,7 @@ use std::path::Path;
 
 fn fitted(settings: &SmallShoot, wanted: Option<Comparison>) -> GammaFit {
     let (subject, probes) = settings.load();
-    fit(&subject, &probes, wanted, &Progress::silent())
-        .unwrap()
-        .fit
+    fit(&subject, &probes, wanted, &Progress::silent()).unwrap().fit
 }
 
 /// How far off the exponents are.
@@ -26,10 +24,7 @@ fn off(fit: &GammaFit, [gamma1, gamma2]: [f32; 2]) -> [f32; 2] {
 
 /// The sentences that a calibration of this fit would warn with.
 fn warnings(fit: &GammaFit) -> Vec<String> {
-    let shoot = SmallShoot::default()
-        .project(Path::new("nowhere"))
-        .settings
-        .shoot;
+    let shoot = SmallShoot::default().project(Path::new("nowhere")).settings.shoot;
     Evidence::new(fit, &shoot).warnings([fit.deviation[0], fit.deviation[1]], fit.exposure)
 }
 
@@ -69,19 +64,13 @@ fn the_truth_lies_within_two_deviations() {
 
 #[test]
 fn a_frame_that_shows_a_pose_is_compared_pixel_by_pixel() {
-    let settings = SmallShoot {
-        turn: 0.0,
-        ..SmallShoot::default()
-    };
+    let settings = SmallShoot { turn: 0.0, ..SmallShoot::default() };
     let fit = fitted(&settings, None);
     assert!(off(&fit, [2.5, 1.9]).iter().all(|off| off.abs() < 0.03));
     assert_eq!(fit.comparison, Comparison::Pixels);
     assert_eq!(fit.same_poses, [[0, 0], [1, 1], [2, 2], [3, 3]]);
     let asked = fitted(&settings, Some(Comparison::Distribution));
-    assert_eq!(
-        (asked.comparison, asked.same_poses.len()),
-        (Comparison::Distribution, 0)
-    );
+    assert_eq!((asked.comparison, asked.same_poses.len()), (Comparison::Distribution, 0));
 }
 
 #[test]
@@ -92,10 +81,7 @@ fn pixels_of_other_poses_are_not_compared() {
     let Err(error) = fit(Some(Comparison::Pixels)) else {
         panic!("no frame shows a pose");
     };
-    assert!(
-        error.to_string().contains("Compare distributions"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("Compare distributions"), "{error}");
 }
 
 #[test]
@@ -119,10 +105,8 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
     for pose in ["pose00", "pose03"] {
         let taken = format!("truth/{pose}_under_interview_light_black_bg.png");
         let frame = format!("interview/{pose}.png");
-        let (mask, frame_mask) = (
-            format!("exemplar_masks/{pose}.png"),
-            format!("interview_masks/{pose}.png"),
-        );
+        let (mask, frame_mask) =
+            (format!("exemplar_masks/{pose}.png"), format!("interview_masks/{pose}.png"));
         std::fs::copy(shoot.join(taken), shoot.join(frame)).unwrap();
         std::fs::copy(shoot.join(mask), shoot.join(frame_mask)).unwrap();
     }
@@ -141,10 +125,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                 poses: (0..6).map(|i| format!("pose{i:02}")).collect(),
                 lamps: (0..10).map(|i| format!("olat_{i:02}")).collect(),
                 other_lamps: vec![],
-                frames: ["frame_000", "pose00", "pose03"]
-                    .map(String::from)
-                    .to_vec()
-                    .into(),
+                frames: ["frame_000", "pose00", "pose03"].map(String::from).to_vec().into(),
                 damaged_frames: Default::default(),
                 takes: Default::default(),
                 ball: Ball {
@@ -165,9 +146,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
     };
     let probes = Probes::load(&project, &Progress::silent()).unwrap();
     let subject = Subject::load(&project, &probes, &Progress::silent()).unwrap();
-    let fit = fit(&subject, &probes, None, &Progress::silent())
-        .unwrap()
-        .fit;
+    let fit = fit(&subject, &probes, None, &Progress::silent()).unwrap().fit;
     let off = off(&fit, [number(&truth["g1"]), number(&truth["g2"])]);
     assert!(off.iter().all(|off| off.abs() < 0.03));
     assert_eq!(fit.same_poses, [[0, 1], [3, 2]]);

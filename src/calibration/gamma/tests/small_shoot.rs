@@ -145,11 +145,7 @@ impl SmallShoot {
                 let mut picture = Image::filled(SIZE, SIZE, [0.0002; 3]);
                 for pixel in &geometry.pixels {
                     let away = (1.0 - pixel.direction.dot(*direction)) / 0.01;
-                    let glow = if self.flat {
-                        f32::from(away < 1.0)
-                    } else {
-                        (-away).exp()
-                    };
+                    let glow = if self.flat { f32::from(away < 1.0) } else { (-away).exp() };
                     picture.pixels[pixel.index] =
                         [1.0, 0.9, 0.7].map(|c| self.ball * c * glow + 0.0002);
                 }
@@ -189,12 +185,7 @@ impl SmallShoot {
                 let spots = 0.5 + 0.5 * (9.0 * (n.x + turn)).sin() * (7.0 * n.y).cos();
                 let light = self.subject * n.dot(direction).max(0.0) + self.fill;
                 let [red, green, blue] = self.skin;
-                [
-                    red,
-                    green * (0.75 + 0.25 * spots),
-                    blue * (0.375 + 0.625 * spots),
-                ]
-                .map(|albedo| {
+                [red, green * (0.75 + 0.25 * spots), blue * (0.375 + 0.625 * spots)].map(|albedo| {
                     albedo * (self.darkest_spot + (1.0 - self.darkest_spot) * spots) * light
                 })
             })
@@ -237,21 +228,10 @@ impl SmallShoot {
 
 /// A dark shoot: nothing is brighter than a quarter of the range.
 pub fn without_bright() -> SmallShoot {
-    SmallShoot {
-        subject: 0.01,
-        fill: 0.0002,
-        ball: 0.03,
-        ..SmallShoot::default()
-    }
+    SmallShoot { subject: 0.01, fill: 0.0002, ball: 0.03, ..SmallShoot::default() }
 }
 
 /// A shoot in fog: every lamp lights all of a pale subject, and lamps are even discs on the balls.
 pub fn without_dark() -> SmallShoot {
-    SmallShoot {
-        subject: 0.05,
-        fill: 0.2,
-        darkest_spot: 0.7,
-        flat: true,
-        ..SmallShoot::default()
-    }
+    SmallShoot { subject: 0.05, fill: 0.2, darkest_spot: 0.7, flat: true, ..SmallShoot::default() }
 }

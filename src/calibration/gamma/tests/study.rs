@@ -7,11 +7,7 @@ use imaging::{Response, file};
 #[test]
 fn the_dual_gamma_beats_others_where_the_camera_has_one_and_ties_with_a_power() {
     let compare = |response: Response| {
-        let (subject, probes) = SmallShoot {
-            response,
-            ..SmallShoot::default()
-        }
-        .load();
+        let (subject, probes) = SmallShoot { response, ..SmallShoot::default() }.load();
         let fitted = fit(&subject, &probes, None, &Progress::silent()).unwrap();
         fitted.compare(&Progress::silent()).unwrap()
     };
@@ -28,10 +24,7 @@ fn the_dual_gamma_beats_others_where_the_camera_has_one_and_ties_with_a_power() 
     let Response::Power(gamma) = curves[1].response else {
         panic!("the second is the power");
     };
-    assert!(
-        (gamma - 2.2).abs() < 0.1 && curves[1].evidence.abs() < 4.0,
-        "{curves:?}"
-    );
+    assert!((gamma - 2.2).abs() < 0.1 && curves[1].evidence.abs() < 4.0, "{curves:?}");
     assert!(curves[2..].iter().all(|other| other.evidence > 100.0));
 }
 
@@ -57,11 +50,7 @@ fn the_surface_is_lowest_at_the_fit_and_its_valley_holds_the_truth() {
 #[test]
 fn a_study_shows_what_a_response_makes_of_the_pictures() {
     let folder = tempfile::tempdir().unwrap();
-    let project = SmallShoot {
-        turn: 0.0,
-        ..SmallShoot::default()
-    }
-    .shoot(folder.path());
+    let project = SmallShoot { turn: 0.0, ..SmallShoot::default() }.shoot(folder.path());
     let mut study = GammaStudy::load(&project, 1, &Progress::silent()).unwrap();
     let right = dual(2.5, 1.9);
     let weights = study.weights(&right);
@@ -105,10 +94,7 @@ fn a_study_shows_what_a_response_makes_of_the_pictures() {
 #[test]
 fn the_drawn_curve_follows_its_asymptotes_at_the_ends() {
     let points = curve(&DualGamma::new(2.6, 2.1).unwrap(), 101);
-    assert_eq!(
-        (points.len(), points[0].linear, points[100].linear),
-        (101, 0.0, 1.0)
-    );
+    assert_eq!((points.len(), points[0].linear, points[100].linear), (101, 0.0, 1.0));
     assert!((points[2].linear / points[2].dark - 1.0).abs() < 0.15);
     assert!((points[98].linear / points[98].bright - 1.0).abs() < 1e-3);
     for point in &points {

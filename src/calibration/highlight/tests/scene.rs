@@ -161,12 +161,7 @@ impl Scene {
         let (halo, streak) = (draw.factor(1e-4, 1e-2), draw.factor(1e-5, 2e-2));
         let (scratch, streak_width) = (draw.between(-0.5, 0.5), draw.between(0.01, 0.06));
         let dust: Vec<(usize, f64)> = (0..(draw.unit() * 200.0) as usize)
-            .map(|_| {
-                (
-                    (draw.unit() * (size * size) as f64) as usize,
-                    draw.factor(1e-3, 0.1),
-                )
-            })
+            .map(|_| ((draw.unit() * (size * size) as f64) as usize, draw.factor(1e-3, 0.1)))
             .collect();
         let noise = draw.between(0.0, 2.0);
         let jpeg = draw.chance(0.6).then(|| draw.between(60.0, 96.0) as u8);
@@ -177,16 +172,10 @@ impl Scene {
             let is_on = !draw.chance(off_chance);
             truth.push(is_on.then(|| at.as_vec3()));
             photographer = (photographer + 0.3 * draw.direction(-1.0, 1.0)).normalize();
-            let photographer = Shine::Disc(
-                photographer.with_z(photographer.z.abs() + 1.0).normalize(),
-                0.25,
-            );
+            let photographer =
+                Shine::Disc(photographer.with_z(photographer.z.abs() + 1.0).normalize(), 0.25);
             let flux: f64 = shines.iter().map(Shine::solid_angle).sum();
-            let power = if is_on {
-                exposure * draw.factor(0.5, 2.0)
-            } else {
-                0.0
-            };
+            let power = if is_on { exposure * draw.factor(0.5, 2.0) } else { 0.0 };
             let glint = glint.map(|at| Shine::Disc(draw.beside(at, 0.01), 0.015));
             let glint_power = draw.factor(0.02, 0.3);
             let lit: Vec<f64> = things
@@ -216,15 +205,9 @@ impl Scene {
                 if photographer.covers(d) {
                     sum *= 0.3;
                 }
-                sum += room
-                    .iter()
-                    .filter(|(shine, _)| shine.covers(d))
-                    .map(|(_, r)| r)
-                    .sum::<f64>();
-                let seen = things
-                    .iter()
-                    .zip(&lit)
-                    .filter(|((thing, _), _)| thing.covers(d));
+                sum +=
+                    room.iter().filter(|(shine, _)| shine.covers(d)).map(|(_, r)| r).sum::<f64>();
+                let seen = things.iter().zip(&lit).filter(|((thing, _), _)| thing.covers(d));
                 sum += seen.map(|(_, light)| light).sum::<f64>();
                 if glint.is_some_and(|glint| glint.covers(d)) {
                     sum += glint_power * power;
@@ -268,11 +251,7 @@ impl Scene {
                     })
                 })
                 .collect();
-            let picture = Image {
-                width: size,
-                height: size,
-                pixels: noisy,
-            };
+            let picture = Image { width: size, height: size, pixels: noisy };
             series.push(match jpeg {
                 Some(quality) => through_jpeg(&picture, quality),
                 None => Encoded(picture),
@@ -283,11 +262,7 @@ impl Scene {
             centre.map(|c| (c + off * draw.normal()) as f32),
             (radius + off * draw.normal()) as f32,
         );
-        Self {
-            series,
-            ball,
-            lamps: truth,
-        }
+        Self { series, ball, lamps: truth }
     }
 }
 
@@ -333,9 +308,8 @@ fn blurred(light: &[f64], size: usize) -> Vec<f64> {
 
 /// What a JPEG keeps of a picture.
 pub(super) fn through_jpeg(picture: &Image, quality: u8) -> Encoded {
-    let bytes: Vec<u8> = (picture.pixels.iter().flatten())
-        .map(|v| (v * 255.0).round() as u8)
-        .collect();
+    let bytes: Vec<u8> =
+        (picture.pixels.iter().flatten()).map(|v| (v * 255.0).round() as u8).collect();
     let mut file = Vec::new();
     let (width, height) = (picture.width as u32, picture.height as u32);
     JpegEncoder::new_with_quality(&mut file, quality)
@@ -345,8 +319,6 @@ pub(super) fn through_jpeg(picture: &Image, quality: u8) -> Encoded {
     Encoded(Raster {
         width: picture.width,
         height: picture.height,
-        pixels: (read.to_rgb8().pixels())
-            .map(|p| p.0.map(|v| f32::from(v) / 255.0))
-            .collect(),
+        pixels: (read.to_rgb8().pixels()).map(|p| p.0.map(|v| f32::from(v) / 255.0)).collect(),
     })
 }

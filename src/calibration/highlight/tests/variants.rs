@@ -14,10 +14,8 @@ fn changed(
     let response = Response::Power(2.2);
     let size = series[0].0.size();
     let shrink = radius_px / ball.radius_px;
-    let (width, height) = (
-        (size.0 as f32 * shrink).round() as usize,
-        (size.1 as f32 * shrink).round() as usize,
-    );
+    let (width, height) =
+        ((size.0 as f32 * shrink).round() as usize, (size.1 as f32 * shrink).round() as usize);
     let shown = (series.iter()).map(|picture| {
         let mut picture: Image = response.decode(picture);
         for (i, pixel) in picture.pixels.iter_mut().enumerate() {
@@ -49,10 +47,7 @@ fn real_balls_shown_by_other_cameras_are_as_right() {
         // A window above the ball, as bright as white.
         let window = |i: usize, pixel: [f32; 3]| {
             let (x, y) = ((i % width) as f32, (i / width) as f32);
-            let aside = [
-                x - ball.center_px[0],
-                y - ball.center_px[1] + 0.75 * ball.radius_px,
-            ];
+            let aside = [x - ball.center_px[0], y - ball.center_px[1] + 0.75 * ball.radius_px];
             let is_window = aside.iter().all(|d| d.abs() < 0.06 * ball.radius_px);
             if is_window { [1.0; 3] } else { pixel }
         };

@@ -40,9 +40,7 @@ fn merged(photographs: &[Photograph], stops: &[f32]) -> base::error::Result<Brac
 
 fn shots(stops: &[f32]) -> Vec<Photograph> {
     let seeds = 0..stops.len() as u32;
-    (stops.iter().zip(seeds))
-        .map(|(&s, seed)| shot(&scene(), s, &response(), seed))
-        .collect()
+    (stops.iter().zip(seeds)).map(|(&s, seed)| shot(&scene(), s, &response(), seed)).collect()
 }
 
 #[test]
@@ -66,23 +64,12 @@ fn a_bracket_holds_more_than_any_of_its_photographs() {
         bracket.clipped_pixels
     );
     assert!(worst < 0.1 && rms < 0.02, "worst {worst} stops, rms {rms}");
-    assert!(
-        bracket.disagreement_stops < 0.03,
-        "{}",
-        bracket.disagreement_stops
-    );
+    assert!(bracket.disagreement_stops < 0.03, "{}", bracket.disagreement_stops);
     assert_eq!(bracket.gap_pixels, 0);
     for (measured, given) in bracket.measured_stops.iter().zip(stops) {
-        assert!(
-            (measured.unwrap() - given).abs() < 0.05,
-            "{measured:?} for {given}"
-        );
+        assert!((measured.unwrap() - given).abs() < 0.05, "{measured:?} for {given}");
     }
-    let clipped = scene()
-        .pixels
-        .iter()
-        .filter(|p| p[0] * (-10f32).exp2() >= 0.997)
-        .count();
+    let clipped = scene().pixels.iter().filter(|p| p[0] * (-10f32).exp2() >= 0.997).count();
     assert!(
         bracket.clipped_pixels.abs_diff(clipped) <= 2,
         "{} of {clipped}",
@@ -112,14 +99,7 @@ fn what_all_exposures_clip_and_what_none_raises_is_counted() {
     });
     let photographs = [0.0, -2.0].map(|s| shot(&light, s, &response(), 3));
     let bracket = merged(&photographs, &[0.0, -2.0]).unwrap();
-    assert_eq!(
-        (
-            bracket.clipped_pixels,
-            bracket.dark_pixels,
-            bracket.gap_pixels
-        ),
-        (50, 50, 0)
-    );
+    assert_eq!((bracket.clipped_pixels, bracket.dark_pixels, bracket.gap_pixels), (50, 50, 0));
     // Clipped in the shortest: at least four times what the longest could hold.
     assert!((bracket.photograph.light.at(0, 0)[0] - 4.0).abs() < 0.02);
 }
@@ -137,11 +117,7 @@ fn a_gap_between_two_exposures_is_counted() {
 fn wrong_figures_are_reported_or_refused() {
     let photographs = shots(&[0.0, -3.0]);
     let bracket = merged(&photographs, &[0.0, -2.0]).unwrap();
-    assert!(
-        (bracket.disagreement_stops - 1.0).abs() < 0.05,
-        "{}",
-        bracket.disagreement_stops
-    );
+    assert!((bracket.disagreement_stops - 1.0).abs() < 0.05, "{}", bracket.disagreement_stops);
     let refused = |photographs: &[Photograph], stops: &[f32], word: &str| {
         let sentence = merged(photographs, stops).unwrap_err().to_string();
         assert!(sentence.contains(word), "{sentence}");
@@ -159,10 +135,7 @@ fn exposures_are_measured_without_any_figures() {
     let photographs = shots(&[-3.0, 0.0, -6.0]);
     let measured = measured_stops(&photographs.iter().collect::<Vec<_>>());
     for (measured, truth) in measured.iter().zip([0.0, 3.0, -3.0]) {
-        assert!(
-            (measured.unwrap() - truth).abs() < 0.05,
-            "{measured:?} for {truth}"
-        );
+        assert!((measured.unwrap() - truth).abs() < 0.05, "{measured:?} for {truth}");
     }
 }
 
@@ -173,10 +146,7 @@ fn black_and_single_pixel_brackets_are_merged() {
         let photograph = Photograph::from_encoded(&picture, &response());
         let bracket = merged(&[photograph.clone(), photograph], &[0.0, -1.0]).unwrap();
         let light = bracket.photograph.light.pixels[0];
-        assert!(
-            light.iter().all(|v| v.is_finite() && *v >= 0.0),
-            "{light:?}"
-        );
+        assert!(light.iter().all(|v| v.is_finite() && *v >= 0.0), "{light:?}");
         assert_eq!(bracket.dark_pixels, usize::from(level == 0.0));
         assert_eq!(bracket.clipped_pixels, usize::from(level == 1.0));
     }
@@ -192,12 +162,7 @@ fn linear_photographs_clip_at_their_white() {
     let bracket = merged(&[shot(0.0), shot(-6.0), shot(-11.0)], &[0.0, -6.0, -11.0]).unwrap();
     assert_eq!(bracket.clipped_pixels, 0);
     for (is, truth) in bracket.photograph.light.pixels.iter().zip(&light.pixels) {
-        assert!(
-            (is[0] / truth[0] - 1.0).abs() < 1e-4,
-            "{} is not {}",
-            is[0],
-            truth[0]
-        );
+        assert!((is[0] / truth[0] - 1.0).abs() < 1e-4, "{} is not {}", is[0], truth[0]);
     }
 }
 

@@ -10,9 +10,7 @@ fn clipped(
 ) -> (Image, Photograph) {
     let view = near_ball();
     let light = photographed(&view, (256, 256), |d| {
-        let glow = lamps
-            .iter()
-            .map(|(at, peak, width)| peak * blur(d.angle_between(*at), *width));
+        let glow = lamps.iter().map(|(at, peak, width)| peak * blur(d.angle_between(*at), *width));
         let sum = 0.02 + glow.sum::<f64>();
         [sum, 0.9 * sum, 0.7 * sum].map(|v| v as f32)
     });
@@ -120,10 +118,7 @@ fn the_shared_stages_hot_lamps_are_too_sharp_to_be_estimated() {
         serde_json::from_str(&std::fs::read_to_string(stage.join("truth.json")).unwrap()).unwrap();
     let gamma = |key: &str| truth[key].as_f64().unwrap() as f32;
     let response = Response::from(DualGamma::new(gamma("g1"), gamma("g2")).unwrap());
-    let view = BallView {
-        radius_px: 256.0 / 2.2,
-        ..near_ball()
-    };
+    let view = BallView { radius_px: 256.0 / 2.2, ..near_ball() };
     for lamp in (0..41).step_by(4) {
         let read = |folder: &str| {
             let path = stage.join(folder).join(format!("olat_{lamp:02}.png"));

@@ -12,10 +12,7 @@ fn with_camera(turn: Quat) -> impl Fn(DVec3) -> [f32; 3] {
 }
 
 fn settings() -> TwoBallsSettings {
-    TwoBallsSettings {
-        size: (256, 128),
-        ..Default::default()
-    }
+    TwoBallsSettings { size: (256, 128), ..Default::default() }
 }
 
 /// Photographs of the sky from the front and from `turn`, the second with `gain` times the exposure.
@@ -42,34 +39,20 @@ fn neither_camera_nor_rim_shows_in_two_balls_joined() {
         let whole = psnr(&both.panorama, &truth, |_| true);
         let camera = |d: DVec3| {
             let second = turn.as_dquat() * DVec3::Z;
-            [DVec3::Z, -DVec3::Z, second, -second]
-                .iter()
-                .any(|axis| d.angle_between(*axis) < 0.25)
+            [DVec3::Z, -DVec3::Z, second, -second].iter().any(|axis| d.angle_between(*axis) < 0.25)
         };
         let cameras = psnr(&both.panorama, &truth, camera);
-        let alone = light_probe(
-            &photographs[0],
-            &near_ball(),
-            ClippedLight::Keep,
-            (256, 128),
-        )
-        .unwrap();
+        let alone =
+            light_probe(&photographs[0], &near_ball(), ClippedLight::Keep, (256, 128)).unwrap();
         let alone = psnr(&alone.panorama, &truth, camera);
         println!(
             "{degrees}°: {whole:.1} dB, near the cameras and blind cones {cameras:.1} dB (one ball {alone:.1}), ratio \
              {:.4}, disagreement {:.4} stops, refined by {:.2}°",
             both.exposure_ratio, both.disagreement_stops, both.refined_deg
         );
-        assert!(
-            whole > 45.0 && cameras > 42.0,
-            "{whole:.1} and {cameras:.1} dB"
-        );
+        assert!(whole > 45.0 && cameras > 42.0, "{whole:.1} and {cameras:.1} dB");
         assert!(alone < 25.0, "the cameras show in one ball: {alone:.1} dB");
-        assert!(
-            (both.exposure_ratio / 1.7 - 1.0).abs() < 0.005,
-            "{}",
-            both.exposure_ratio
-        );
+        assert!((both.exposure_ratio / 1.7 - 1.0).abs() < 0.005, "{}", both.exposure_ratio);
         assert_eq!((both.blind_share, both.filled_share), (0.0, 0.0));
         assert!(both.disagreement_stops < 0.02 && both.refined_deg < 0.3);
         // A camera's magenta has no green; nothing in the sky is like it.
@@ -81,20 +64,11 @@ fn neither_camera_nor_rim_shows_in_two_balls_joined() {
 fn an_inexact_rotation_is_refined() {
     let turn = Quat::from_rotation_y(90f32.to_radians());
     let photographs = photographs(turn, 0.8);
-    let off = Quat::from_axis_angle(
-        glam::Vec3::new(0.3, 0.9, -0.2).normalize(),
-        3f32.to_radians(),
-    );
+    let off = Quat::from_axis_angle(glam::Vec3::new(0.3, 0.9, -0.2).normalize(), 3f32.to_radians());
     let truth = truth((256, 128), sky);
     let refined = joined(&photographs, off * turn, &settings());
-    let unrefined = joined(
-        &photographs,
-        off * turn,
-        &TwoBallsSettings {
-            refine: false,
-            ..settings()
-        },
-    );
+    let unrefined =
+        joined(&photographs, off * turn, &TwoBallsSettings { refine: false, ..settings() });
     let left = refined.turn.angle_between(turn).to_degrees();
     let [a, b] = [&refined, &unrefined].map(|both| psnr(&both.panorama, &truth, |_| true));
     println!("3° off: {left:.2}° left, {a:.1} dB refined, {b:.1} dB unrefined");
@@ -114,13 +88,7 @@ fn cameras_on_one_line_leave_something_to_fill() {
             "{degrees}°: {}",
             both.blind_share
         );
-        assert!(
-            both.panorama
-                .pixels
-                .iter()
-                .flatten()
-                .all(|v| v.is_finite() && *v >= 0.0)
-        );
+        assert!(both.panorama.pixels.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
     }
 }
 
@@ -143,10 +111,7 @@ fn impossible_rotations_are_refused() {
         (Quat::IDENTITY, f32::NAN),
         (Quat::IDENTITY, 200.0),
     ] {
-        let settings = TwoBallsSettings {
-            camera_half_angle_deg,
-            ..settings()
-        };
+        let settings = TwoBallsSettings { camera_half_angle_deg, ..settings() };
         assert!(merge_balls([(first, &view), (second, &view)], turn, &settings).is_err());
     }
 }

@@ -21,11 +21,7 @@ fn read_pfm(path: &Path) -> Image {
     let mut fields = Vec::new();
     let mut start = 0;
     while fields.len() < 4 {
-        let end = start
-            + bytes[start..]
-                .iter()
-                .position(u8::is_ascii_whitespace)
-                .unwrap();
+        let end = start + bytes[start..].iter().position(u8::is_ascii_whitespace).unwrap();
         fields.push(String::from_utf8(bytes[start..end].to_vec()).unwrap());
         start = end + 1;
     }
@@ -64,9 +60,7 @@ fn pfspanoramic(image: &Image, from: &str, to: &str, width: usize) -> Option<Ima
 /// A lat-long with u' = 3/2 − u (mod 1).
 fn mirrored(image: &Image) -> Image {
     let width = image.width;
-    Image::from_fn(width, image.height, |x, y| {
-        image.at((width / 2 + width - 1 - x) % width, y)
-    })
+    Image::from_fn(width, image.height, |x, y| image.at((width / 2 + width - 1 - x) % width, y))
 }
 
 #[test]
@@ -81,12 +75,9 @@ fn pictures_agree_with_those_of_pfspanoramic() {
     };
     let mut agreed = 0;
     use Mapping::{Angular, LatLong, MirrorBall};
-    for (from, to) in [
-        (LatLong, Angular),
-        (Angular, LatLong),
-        (MirrorBall, LatLong),
-        (LatLong, MirrorBall),
-    ] {
+    for (from, to) in
+        [(LatLong, Angular), (Angular, LatLong), (MirrorBall, LatLong), (LatLong, MirrorBall)]
+    {
         let ((from_name, from_size), (to_name, to_size)) = (facts(from), facts(to));
         // pfspanoramic's mirror ball is a view from within, see the module's documentation: its lat-long
         // has u' = 3/2 − u, which is −z for z.
@@ -102,14 +93,8 @@ fn pictures_agree_with_those_of_pfspanoramic() {
             eprintln!("pfspanoramic fails at {from_name} → {to_name}");
             continue;
         };
-        let theirs = if flips_back {
-            mirrored(&theirs)
-        } else {
-            theirs
-        };
-        let ours = convert(&painted(from, from_size), from, to, to_size)
-            .unwrap()
-            .image;
+        let theirs = if flips_back { mirrored(&theirs) } else { theirs };
+        let ours = convert(&painted(from, from_size), from, to, to_size).unwrap().image;
         assert_eq!(theirs.size(), to_size);
         let (psnr, worst) = compared(&ours, &theirs, to, clear_of_the_rim(from, 128));
         println!("{from_name} → {to_name}: {psnr:.1} dB, worst {worst:.4}");

@@ -8,51 +8,24 @@ fn channels_by_other_names_are_found() {
     let rgb = [("R", 0), ("G", 1), ("B", 2)];
     write_exr(&path, &image, &rgb, (0, 0), (32, 16));
     let read = read_all(&path);
-    assert_eq!(
-        (read.environment.radiance, read.notes.len()),
-        (image.clone(), 0)
-    );
+    assert_eq!((read.environment.radiance, read.notes.len()), (image.clone(), 0));
     for names in [
         vec![("sky.R", 0), ("sky.G", 1), ("sky.B", 2)],
         vec![("red", 0), ("green", 1), ("blue", 2), ("Z", 1)],
         // Colour without a layer's name comes first.
-        vec![
-            ("a.R", 2),
-            ("a.G", 2),
-            ("a.B", 2),
-            ("R", 0),
-            ("G", 1),
-            ("B", 2),
-            ("A", 1),
-        ],
+        vec![("a.R", 2), ("a.G", 2), ("a.B", 2), ("R", 0), ("G", 1), ("B", 2), ("A", 1)],
     ] {
         write_exr(&path, &image, &names, (0, 0), (32, 16));
         assert_eq!(read_all(&path).environment.radiance, image, "{names:?}");
     }
-    for names in [
-        vec![("Y", 1)],
-        vec![("light.Y", 1), ("id", 0)],
-        vec![("depth", 1)],
-    ] {
+    for names in [vec![("Y", 1)], vec![("light.Y", 1), ("id", 0)], vec![("depth", 1)]] {
         write_exr(&path, &image, &names, (0, 0), (32, 16));
         let read = read_all(&path);
-        assert_eq!(
-            read.environment.radiance,
-            image.map(|p| [p[1]; 3]),
-            "{names:?}"
-        );
+        assert_eq!(read.environment.radiance, image.map(|p| [p[1]; 3]), "{names:?}");
         assert!(read.notes[0].contains("grey"), "{:?}", read.notes);
     }
-    write_exr(
-        &path,
-        &image,
-        &[("R", 0), ("G", 1), ("U", 2)],
-        (0, 0),
-        (32, 16),
-    );
-    let error = crate::panorama::read(&path, &ReadSettings::default())
-        .unwrap_err()
-        .to_string();
+    write_exr(&path, &image, &[("R", 0), ("G", 1), ("U", 2)], (0, 0), (32, 16));
+    let error = crate::panorama::read(&path, &ReadSettings::default()).unwrap_err().to_string();
     assert!(error.contains("channels G, R, U"), "{error}");
 }
 
@@ -61,14 +34,8 @@ fn layers_are_named() {
     let folder = Folder::new();
     let path = folder.0.path().join("layers.exr");
     let image = picture(16, 8);
-    let names = [
-        ("key.R", 0),
-        ("key.G", 1),
-        ("key.B", 2),
-        ("rim.R", 2),
-        ("rim.G", 2),
-        ("rim.B", 2),
-    ];
+    let names =
+        [("key.R", 0), ("key.G", 1), ("key.B", 2), ("rim.R", 2), ("rim.G", 2), ("rim.B", 2)];
     write_exr(&path, &image, &names, (0, 0), (16, 8));
     let read = read_all(&path);
     assert!(read.notes[0].contains("\"key\""), "{:?}", read.notes);
@@ -93,21 +60,11 @@ fn a_data_window_lies_where_it_says() {
             }
         });
         assert_eq!(read.environment.radiance, expected, "{at:?}");
-        assert!(
-            read.notes[0].contains("the rest is black"),
-            "{:?}",
-            read.notes
-        );
+        assert!(read.notes[0].contains("the rest is black"), "{:?}", read.notes);
         // The same, averaged down.
-        let small = crate::panorama::read(
-            &path,
-            &ReadSettings {
-                width: 12,
-                mapping: None,
-            },
-        )
-        .unwrap()
-        .environment;
+        let small = crate::panorama::read(&path, &ReadSettings { width: 12, mapping: None })
+            .unwrap()
+            .environment;
         same_energy(&small, &Environment::from_radiance("", expected));
     }
     // A display window of a shot: the panorama is the data.

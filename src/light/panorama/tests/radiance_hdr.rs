@@ -48,11 +48,8 @@ fn hdr(header: &str, lines: &[Vec<[u8; 4]>], coding: Coding) -> Vec<u8> {
                 for c in 0..4 {
                     let mut x = 0;
                     while x < line.len() {
-                        let run = line[x..]
-                            .iter()
-                            .take(127)
-                            .take_while(|p| p[c] == line[x][c])
-                            .count();
+                        let run =
+                            line[x..].iter().take(127).take_while(|p| p[c] == line[x][c]).count();
                         if run > 2 {
                             bytes.extend([128 + run as u8, line[x][c]]);
                             x += run;
@@ -84,11 +81,7 @@ fn the_eight_orientations_of_radiance_are_one_picture() {
                 continue;
             }
             let columns = first.ends_with('X');
-            let (x_sign, y_sign) = if columns {
-                (first, second)
-            } else {
-                (second, first)
-            };
+            let (x_sign, y_sign) = if columns { (first, second) } else { (second, first) };
             let (lines, length) = if columns { (w, h) } else { (h, w) };
             let at = |i: usize, j: usize| {
                 let (x, y) = if columns { (i, j) } else { (j, i) };
@@ -98,9 +91,8 @@ fn the_eight_orientations_of_radiance_are_one_picture() {
                     if y_sign == "-Y" { y } else { h - 1 - y },
                 )
             };
-            let data: Vec<Vec<_>> = (0..lines)
-                .map(|i| (0..length).map(|j| at(i, j)).collect())
-                .collect();
+            let data: Vec<Vec<_>> =
+                (0..lines).map(|i| (0..length).map(|j| at(i, j)).collect()).collect();
             for coding in [Coding::Plain, Coding::Old, Coding::New] {
                 let header = format!("{HEADER}{first} {lines} {second} {length}\n");
                 let path = folder.write("o.hdr", &hdr(&header, &data, coding));
@@ -116,14 +108,9 @@ fn the_eight_orientations_of_radiance_are_one_picture() {
 fn long_runs_of_the_old_coding_are_read() {
     let folder = Folder::new();
     let lines = vec![vec![[128, 64, 32, 129]; 1400]; 2];
-    let path = folder.write(
-        "old.hdr",
-        &hdr(&format!("{HEADER}-Y 2 +X 1400\n"), &lines, Coding::Old),
-    );
-    let reading = ReadSettings {
-        mapping: Some(Mapping::LatLong),
-        ..ReadSettings::default()
-    };
+    let path =
+        folder.write("old.hdr", &hdr(&format!("{HEADER}-Y 2 +X 1400\n"), &lines, Coding::Old));
+    let reading = ReadSettings { mapping: Some(Mapping::LatLong), ..ReadSettings::default() };
     let image = read(&path, &reading).unwrap().environment.radiance;
     assert!(image.pixels.iter().all(|p| *p == [1.0, 0.5, 0.25]));
 }
@@ -135,11 +122,7 @@ fn xyz_exposure_and_colour_correction_are_taken_out() {
     let lines = vec![vec![[243, 255, 255, 128]; 16]; 8];
     let path = folder.write(
         "xyz.hdr",
-        &hdr(
-            "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 8 +X 16\n",
-            &lines,
-            Coding::New,
-        ),
+        &hdr("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 8 +X 16\n", &lines, Coding::New),
     );
     let [r, g, b] = read_all(&path).environment.radiance.pixels[0];
     assert!(
@@ -149,10 +132,7 @@ fn xyz_exposure_and_colour_correction_are_taken_out() {
     let header = "#?RGBE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\nEXPOSURE= 0.5\nEXPOSURE=4\nCOLORCORR=2 1 1\n\n-Y 8 +X 16\n";
     let lines = vec![vec![[128, 128, 128, 131]; 16]; 8];
     let path = folder.write("gain.hdr", &hdr(header, &lines, Coding::New));
-    assert_eq!(
-        read_all(&path).environment.radiance.pixels[0],
-        [0.5, 1.0, 1.0]
-    );
+    assert_eq!(read_all(&path).environment.radiance.pixels[0], [0.5, 1.0, 1.0]);
 }
 
 #[test]
@@ -167,40 +147,23 @@ fn broken_files_say_what_is_wrong() {
         (whole[..whole.len() - 3].to_vec(), "line 8 of 8"),
         (whole[..20].to_vec(), "header"),
         (bad_run, "run of"),
-        (
-            format!("{HEADER}-Y 8 +Z 16\n").into_bytes(),
-            "-Y 512 +X 1024",
-        ),
+        (format!("{HEADER}-Y 8 +Z 16\n").into_bytes(), "-Y 512 +X 1024"),
         (format!("{HEADER}-Y 0 +X 16\n").into_bytes(), "0"),
-        (
-            format!("{HEADER}-Y 99999999 +X 99999999\n").into_bytes(),
-            "99999999 × 99999999",
-        ),
+        (format!("{HEADER}-Y 99999999 +X 99999999\n").into_bytes(), "99999999 × 99999999"),
         // Small files that claim much: nothing is allocated for it.
-        (
-            format!("{HEADER}-Y 32768 +X 65536\n").into_bytes(),
-            "line 1 of 32768",
-        ),
+        (format!("{HEADER}-Y 32768 +X 65536\n").into_bytes(), "line 1 of 32768"),
         (
             format!("{HEADER}-Y 1000000 +X 4096\n").into_bytes(),
             "4096 × 1000000 would have to be kept",
         ),
-        (
-            b"#?RADIANCE\nFORMAT=32-bit_other\n\n-Y 1 +X 2\n".to_vec(),
-            "32-bit_other",
-        ),
+        (b"#?RADIANCE\nFORMAT=32-bit_other\n\n-Y 1 +X 2\n".to_vec(), "32-bit_other"),
         (b"no picture at all".to_vec(), "unknown format"),
         (Vec::new(), "unknown format"),
         (b"\x76\x2f\x31\x01 nor this".to_vec(), "sphere.hdr"),
     ] {
         let path = folder.write("sphere.hdr", &bytes);
-        let error = super::read(&path, &ReadSettings::default())
-            .unwrap_err()
-            .to_string();
-        assert!(
-            error.contains(says) && error.contains("sphere.hdr"),
-            "{error} lacks {says}"
-        );
+        let error = super::read(&path, &ReadSettings::default()).unwrap_err().to_string();
+        assert!(error.contains(says) && error.contains("sphere.hdr"), "{error} lacks {says}");
     }
     assert!(read(&folder.0.path().join("none.hdr"), &ReadSettings::default()).is_err());
 }
@@ -210,30 +173,14 @@ fn a_panorama_of_8192_columns_is_read_line_by_line() {
     let folder = Folder::new();
     let (w, h) = (8192, 4096);
     let mut bytes = format!("{HEADER}-Y {h} +X {w}\n").into_bytes();
-    let line = hdr(
-        "",
-        &[(0..w).map(|x| [128, 64, (x / 64) as u8, 129]).collect()],
-        Coding::New,
-    );
+    let line = hdr("", &[(0..w).map(|x| [128, 64, (x / 64) as u8, 129]).collect()], Coding::New);
     (0..h).for_each(|_| bytes.extend(&line));
     let path = folder.write("large.hdr", &bytes);
-    let read = read(
-        &path,
-        &ReadSettings {
-            width: 512,
-            mapping: None,
-        },
-    )
-    .unwrap();
+    let read = read(&path, &ReadSettings { width: 512, mapping: None }).unwrap();
     assert_eq!(read.environment.radiance.size(), (512, 256));
     let sphere = 4.0 * std::f64::consts::PI;
     // Every blue code from 0 to 127 sixty-four times a line: 63.5/128 in the mean.
-    for (is, wanted) in read
-        .environment
-        .energy()
-        .into_iter()
-        .zip([1.0, 0.5, 63.5 / 128.0])
-    {
+    for (is, wanted) in read.environment.energy().into_iter().zip([1.0, 0.5, 63.5 / 128.0]) {
         assert!((is / sphere - wanted).abs() < 1e-5, "{is} for {wanted}");
     }
 }

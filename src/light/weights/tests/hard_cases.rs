@@ -14,15 +14,9 @@ const ROUNDED_TWICE: f64 = f32::EPSILON as f64 + 1e-12;
 /// negative.
 fn energy_lost(weights: &LightWeights, rig: &Rig, environment: &Environment) -> f64 {
     let sound = |w: &f32| w.is_finite() && *w >= 0.0;
-    assert!(
-        weights.per_lamp.iter().flatten().all(sound),
-        "{}: {weights:?}",
-        environment.name
-    );
+    assert!(weights.per_lamp.iter().flatten().all(sound), "{}: {weights:?}", environment.name);
     let pairs = energy(weights, rig).into_iter().zip(environment.energy());
-    pairs
-        .map(|(kept, is)| (kept - is).abs() / is.max(f64::MIN_POSITIVE))
-        .fold(0.0, f64::max)
+    pairs.map(|(kept, is)| (kept - is).abs() / is.max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
 }
 
 /// `pixels` of value `inside` in an environment of `around`.
@@ -78,15 +72,7 @@ fn panoramas_of_any_shape_keep_a_sun_s_energy() {
     let rig = rig(&lattice(41));
     let mut weigh: Option<EnvironmentWeights> = None;
     let mut most = 0.0f64;
-    for (w, h) in [
-        (1, 1),
-        (2, 1),
-        (1, 7),
-        (7, 1),
-        (97, 53),
-        (1024, 512),
-        (300, 301),
-    ] {
+    for (w, h) in [(1, 1), (2, 1), (1, 7), (7, 1), (97, 53), (1024, 512), (300, 301)] {
         for (x, y) in [(0, 0), (w - 1, h - 1), (w / 2, h / 2)] {
             let day = spotted((w, h), 0.5, &[(x, y)], [1e6, 1e5, 1e4]);
             let mut weights = match weigh.take() {
@@ -156,15 +142,9 @@ fn the_brightest_values_a_file_can_hold_leave_weights_finite() {
         placed: vec!["0,10,5,1e20".parse().unwrap()],
         ..Lighting::default()
     };
-    let lightings =
-        [Weighting::Cells, Weighting::Smooth, Weighting::Fit].map(|weighting| Lighting {
-            weighting,
-            ..bright.clone()
-        });
-    let tilted = Lighting {
-        pitch_deg: 50.0,
-        ..bright
-    };
+    let lightings = [Weighting::Cells, Weighting::Smooth, Weighting::Fit]
+        .map(|weighting| Lighting { weighting, ..bright.clone() });
+    let tilted = Lighting { pitch_deg: 50.0, ..bright };
     for value in [1e6, 65_504.0, 1e30, f32::MAX] {
         for environment in [
             spotted((64, 32), value, &[], [0.0; 3]),
@@ -175,10 +155,7 @@ fn the_brightest_values_a_file_can_hold_leave_weights_finite() {
                 for unit in [1.0, 1e30] {
                     let weights = weigh.weights(lighting, 10.0, unit);
                     let sound = |w: &f32| (0.0..=MOST).contains(w);
-                    assert!(
-                        weights.per_lamp.iter().flatten().all(sound),
-                        "{value}: {weights:?}"
-                    );
+                    assert!(weights.per_lamp.iter().flatten().all(sound), "{value}: {weights:?}");
                     assert!((0.0..=1.0).contains(&weights.uncovered), "{weights:?}");
                 }
             }
@@ -240,10 +217,7 @@ fn a_million_turns_are_no_turn() {
     for kind in [Weighting::Cells, Weighting::Smooth, Weighting::Fit] {
         let mut weights = EnvironmentWeights::new(&day, &rig, kind);
         for pitch_deg in [0.0, 20.0] {
-            let lighting = Lighting {
-                pitch_deg,
-                ..Lighting::default()
-            };
+            let lighting = Lighting { pitch_deg, ..Lighting::default() };
             // Each is a number of f32, and so is its sum with whole turns.
             for yaw in [0.0f32, 96.0, 256.0] {
                 let once = weights.weights(&lighting, yaw, 1.0);
@@ -290,16 +264,13 @@ fn a_turn_in_tenths_of_a_degree_does_not_flicker_by_fit() {
     let given = |yaw_deg: f64| -> Vec<f64> {
         let weights = table.at(yaw_deg as f32).per_lamp;
         let shares = weights.iter().zip(&rig.lamps);
-        shares
-            .map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / whole)
-            .collect()
+        shares.map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / whole).collect()
     };
     // The largest jump of a weight, and before which step it stood.
     let largest = |steps: std::ops::RangeInclusive<usize>, step_deg: f64| -> (f64, usize) {
         let first = *steps.start();
-        let turn: Vec<Vec<f64>> = (steps.into_par_iter())
-            .map(|step| given(step as f64 * step_deg))
-            .collect();
+        let turn: Vec<Vec<f64>> =
+            (steps.into_par_iter()).map(|step| given(step as f64 * step_deg)).collect();
         let jump = |pair: &[Vec<f64>]| {
             let pairs = pair[0].iter().zip(&pair[1]);
             pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)

@@ -192,17 +192,11 @@ fn a_uniform_environment_gives_each_lamp_the_solid_angle_of_its_cell() {
                 let border = 0.5 * std::f32::consts::TAU / 256.0
                     * 2.0
                     * (std::f32::consts::PI * cell).sqrt();
-                assert!(
-                    (given - cell).abs() < border,
-                    "{name}: {given} is not {cell}"
-                );
+                assert!((given - cell).abs() < border, "{name}: {given} is not {cell}");
                 square += (given / cell - 1.0).powi(2) / rig.lamps.len() as f32;
             }
         }
-        println!(
-            "{name}: cells are right to {:.2} % (root-mean-square)",
-            100.0 * square.sqrt()
-        );
+        println!("{name}: cells are right to {:.2} % (root-mean-square)", 100.0 * square.sqrt());
         if name.ends_with("6 lamps") || name.ends_with("1 lamps") {
             // Borders that cross the texels at all angles average out.
             assert!(square.sqrt() < 0.015, "{name}");
@@ -221,16 +215,10 @@ pub(super) fn steepness(rig: &Rig) -> f64 {
     let fillers = nodes.directions.len() > nodes.lamps.len();
     let steepest = hull.facets.iter().map(|facet| {
         let rows = facet.coordinates.transpose();
-        let (rows, sum) = (
-            [rows.x_axis, rows.y_axis, rows.z_axis],
-            rows.x_axis + rows.y_axis + rows.z_axis,
-        );
+        let (rows, sum) =
+            ([rows.x_axis, rows.y_axis, rows.z_axis], rows.x_axis + rows.y_axis + rows.z_axis);
         let of = rows.map(|row| row.length().max((row - sum).length()));
-        if fillers {
-            of.iter().sum()
-        } else {
-            of.into_iter().fold(0.0, f64::max)
-        }
+        if fillers { of.iter().sum() } else { of.into_iter().fold(0.0, f64::max) }
     });
     steepest.fold(0.0, f64::max)
 }
@@ -248,9 +236,7 @@ fn a_sun_that_crosses_a_border_changes_no_weight_by_more_than_its_step_allows() 
         let allowed = steepness(&rig) * f64::from(STEP_DEG).to_radians();
         let shares = |weights: &LightWeights| -> Vec<f64> {
             let lamps = weights.per_lamp.iter().zip(&rig.lamps);
-            lamps
-                .map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / energy)
-                .collect()
+            lamps.map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / energy).collect()
         };
         let table = crate::YawTable::new(&partition, &day);
         let mut before = shares(&table.at(0.0));
@@ -282,23 +268,17 @@ fn a_fit_never_moves_light_at_once() {
         let given = |yaw: f32| -> Vec<f64> {
             let weights = table.at(yaw).per_lamp;
             let lamps = weights.iter().zip(&rig.lamps);
-            lamps
-                .map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / total)
-                .collect()
+            lamps.map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / total).collect()
         };
         let apart = |from: &[f64], to: &[f64]| -> f64 {
             let change = from.iter().zip(to).map(|(a, b)| (a - b).abs());
             change.sum::<f64>() / 2.0
         };
         let moved = |from: f32, to: f32| apart(&given(from), &given(to));
-        let turn: Vec<Vec<f64>> = (0..=1440usize)
-            .into_par_iter()
-            .map(|step| given(0.25 * step as f32))
-            .collect();
+        let turn: Vec<Vec<f64>> =
+            (0..=1440usize).into_par_iter().map(|step| given(0.25 * step as f32)).collect();
         let steps = turn.windows(2).map(|pair| apart(&pair[0], &pair[1]));
-        let (step, whole) = (steps.enumerate())
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .unwrap();
+        let (step, whole) = (steps.enumerate()).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
         let mut from = 0.25 * step as f32;
         let mut step = 0.25;
         for _ in 0..6 {
@@ -327,11 +307,7 @@ fn a_sun_that_crosses_the_pole_in_a_free_turn_does_not_jump() {
             // The sun stands 15° beside the pole; a pitch takes it across and down on the other side.
             let weights = partition.turned_weights(&day, rotation(0.0, 0.075 * step as f32, 0.0));
             if let Some(before) = before {
-                let pairs = weights
-                    .per_lamp
-                    .iter()
-                    .zip(&before.per_lamp)
-                    .zip(&poles.lamps);
+                let pairs = weights.per_lamp.iter().zip(&before.per_lamp).zip(&poles.lamps);
                 let moved =
                     pairs.map(|((a, b), lamp)| f64::from((a[1] - b[1]).abs() * lamp.energy[1]));
                 largest = largest.max(moved.sum::<f64>() / total / 2.0);
@@ -350,14 +326,7 @@ fn a_pitch_moves_light_up_and_a_roll_counter_clockwise() {
     near(rotation(0.0, 90.0, 0.0) * Vec3::NEG_Z, Vec3::Y);
     near(rotation(0.0, 0.0, 90.0) * Vec3::X, Vec3::Y);
     near(rotation(90.0, 0.0, 90.0) * Vec3::NEG_Z, Vec3::Y);
-    let rig = rig(&[
-        Vec3::NEG_Z,
-        Vec3::X,
-        Vec3::Z,
-        Vec3::NEG_X,
-        Vec3::Y,
-        Vec3::NEG_Y,
-    ]);
+    let rig = rig(&[Vec3::NEG_Z, Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y]);
     let weights =
         Partition::cells(&rig, 64).turned_weights(&sun(32, 16, 64), rotation(0.0, 80.0, 0.0));
     assert!(weights.per_lamp[4][1] > 0.0 && weights.per_lamp[0][1] == 0.0);
@@ -367,19 +336,11 @@ fn a_pitch_moves_light_up_and_a_roll_counter_clockwise() {
 fn a_turn_that_is_no_turn_changes_nothing() {
     let partition = Partition::smooth(&rig(&lattice(12)), 32);
     let still = partition.turned_weights(&speckled(1), Quat::IDENTITY);
-    for broken in [
-        Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),
-        Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0),
-    ] {
+    for broken in [Quat::from_xyzw(0.0, 0.0, 0.0, 0.0), Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0)] {
         assert_eq!(partition.turned_weights(&speckled(1), broken), still);
     }
     let weights = partition.weights(&speckled(1).reduced(32), 0.0);
-    for (a, b) in still
-        .per_lamp
-        .iter()
-        .flatten()
-        .zip(weights.per_lamp.iter().flatten())
-    {
+    for (a, b) in still.per_lamp.iter().flatten().zip(weights.per_lamp.iter().flatten()) {
         assert!((a / b - 1.0).abs() < 1e-4);
     }
 }
@@ -390,9 +351,7 @@ fn a_fit_gives_the_footprint_of_a_lamp_to_that_lamp() {
     let lamp = rig.lamps[17].direction;
     // A light of the lamp's own shape in its place: a Gaussian of 5° mean square radius.
     let spot = Image::from_fn(256, 128, |x, y| {
-        let angle = texel_direction(x, y, 256, 128)
-            .angle_between(lamp)
-            .to_degrees();
+        let angle = texel_direction(x, y, 256, 128).angle_between(lamp).to_degrees();
         [(-angle * angle / 25.0).exp(); 3]
     });
     let spot = Environment::from_radiance("spot", spot);
@@ -417,19 +376,11 @@ fn a_fit_of_lamps_gives_the_lamps_back() {
     });
     let mixed = Environment::from_radiance("mixed", mixed);
     let weights = Partition::fit(&rig, 256).weights(&mixed, 0.0);
-    let given: Vec<f32> = weights
-        .per_lamp
-        .iter()
-        .zip(&rig.lamps)
-        .map(|(w, l)| w[1] * l.energy[1])
-        .collect();
+    let given: Vec<f32> =
+        weights.per_lamp.iter().zip(&rig.lamps).map(|(w, l)| w[1] * l.energy[1]).collect();
     let scale = given.iter().sum::<f32>() / wanted.iter().sum::<f32>();
     for (given, wanted) in given.iter().zip(&wanted) {
-        assert!(
-            (given / scale - wanted).abs() < 0.05,
-            "{} is not {wanted}",
-            given / scale
-        );
+        assert!((given / scale - wanted).abs() < 0.05, "{} is not {wanted}", given / scale);
     }
 }
 
@@ -489,19 +440,11 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
         };
         let jerk = |i: usize| -> f64 {
             let (a, b, c) = (&frames[i], &frames[(i + 1) % 1440], &frames[(i + 2) % 1440]);
-            a.iter()
-                .zip(b)
-                .zip(c)
-                .map(|((a, b), c)| (a - 2.0 * b + c).abs())
-                .sum::<f64>()
-                / 2.0
+            a.iter().zip(b).zip(c).map(|((a, b), c)| (a - 2.0 * b + c).abs()).sum::<f64>() / 2.0
         };
         let all = |f: &dyn Fn(usize) -> f64| -> (f64, f64) {
             let values: Vec<f64> = (0..1440).map(f).collect();
-            (
-                values.iter().sum::<f64>() / 1440.0,
-                values.into_iter().fold(0.0, f64::max),
-            )
+            (values.iter().sum::<f64>() / 1440.0, values.into_iter().fold(0.0, f64::max))
         };
         let ((mean, max), (mean_jerk, max_jerk)) = (all(&moved), all(&jerk));
         println!(
@@ -523,57 +466,39 @@ fn a_fit_relights_a_ball_better_than_cells_do() {
     };
     let rig = Rig {
         lamps: (rig(&lattice(41)).lamps.into_iter())
-            .map(|lamp| Lamp {
-                energy: [1.0; 3],
-                ..lamp
-            })
+            .map(|lamp| Lamp { energy: [1.0; 3], ..lamp })
             .collect(),
     };
     let partitions = kinds().map(|kind| kind(&rig, 64));
     // A matt ball by Lambert's law, and a satin one by a broad lobe about the normal.
     for power in [1, 8] {
         let mut decibels = [0.0f32; 3];
-        let panoramas = [
-            "probulator_uffizi.hdr",
-            "probulator_wells.hdr",
-            "sunset.exr",
-            "studio.exr",
-        ];
+        let panoramas =
+            ["probulator_uffizi.hdr", "probulator_wells.hdr", "sunset.exr", "studio.exr"];
         for panorama in panoramas {
-            let environment = crate::panorama::load(&folder.join(panorama))
-                .unwrap()
-                .reduced(64);
-            let truth_and_sums: Vec<(f32, [f32; 3])> =
-                {
-                    let weights = partitions
-                        .each_ref()
-                        .map(|p| p.weights(&environment, 0.0).per_lamp);
-                    let shade = |normal: Vec3, light: Vec3| normal.dot(light).max(0.0).powi(power);
-                    let lit =
-                        |normal: Vec3| {
-                            let texels = environment.radiance.pixels.iter().enumerate().map(
-                                |(i, radiance)| {
-                                    let light = texel_direction(i % 64, i / 64, 64, 32);
-                                    texel_solid_angle(i / 64, 64, 32) as f32
-                                        * radiance[1]
-                                        * shade(normal, light)
-                                },
-                            );
-                            let sums = weights.each_ref().map(|weights| {
-                                let lamps = weights.iter().zip(&rig.lamps);
-                                lamps
-                                    .map(|(w, lamp)| w[1] * shade(normal, lamp.direction))
-                                    .sum()
-                            });
-                            (texels.sum(), sums)
-                        };
-                    lattice(300).into_iter().map(lit).collect()
+            let environment = crate::panorama::load(&folder.join(panorama)).unwrap().reduced(64);
+            let truth_and_sums: Vec<(f32, [f32; 3])> = {
+                let weights = partitions.each_ref().map(|p| p.weights(&environment, 0.0).per_lamp);
+                let shade = |normal: Vec3, light: Vec3| normal.dot(light).max(0.0).powi(power);
+                let lit = |normal: Vec3| {
+                    let texels =
+                        environment.radiance.pixels.iter().enumerate().map(|(i, radiance)| {
+                            let light = texel_direction(i % 64, i / 64, 64, 32);
+                            texel_solid_angle(i / 64, 64, 32) as f32
+                                * radiance[1]
+                                * shade(normal, light)
+                        });
+                    let sums = weights.each_ref().map(|weights| {
+                        let lamps = weights.iter().zip(&rig.lamps);
+                        lamps.map(|(w, lamp)| w[1] * shade(normal, lamp.direction)).sum()
+                    });
+                    (texels.sum(), sums)
                 };
+                lattice(300).into_iter().map(lit).collect()
+            };
             let power: f32 = truth_and_sums.iter().map(|(truth, _)| truth * truth).sum();
             for (kind, decibels) in decibels.iter_mut().enumerate() {
-                let error = truth_and_sums
-                    .iter()
-                    .map(|(truth, sums)| (sums[kind] - truth).powi(2));
+                let error = truth_and_sums.iter().map(|(truth, sums)| (sums[kind] - truth).powi(2));
                 *decibels -= 10.0 * (error.sum::<f32>() / power).log10() / panoramas.len() as f32;
             }
         }

@@ -19,10 +19,7 @@ impl Chunks {
     pub fn new(channels: usize) -> Self {
         let pairs = channels.div_ceil(2);
         let count = pairs.div_ceil(SIDE);
-        Self {
-            count,
-            pairs: pairs.div_ceil(count),
-        }
+        Self { count, pairs: pairs.div_ceil(count) }
     }
 
     pub fn total(&self) -> usize {
@@ -69,26 +66,14 @@ pub struct Cover {
 
 impl Cover {
     pub fn new(shape: &Shape) -> Self {
-        let blocking = if shape.outputs <= SIDE {
-            Blocking::Wide
-        } else {
-            Blocking::Square
-        };
+        let blocking = if shape.outputs <= SIDE { Blocking::Wide } else { Blocking::Square };
         let used = shape.width + shape.radius();
         let tiles = shape.width.div_ceil(SIDE);
         let even = blocking == Blocking::Square || tiles.is_multiple_of(4);
         let by_row = even && tiles * SIDE * 16 <= used * 17;
         let aligned = used.next_multiple_of(SIDE);
-        let stride = if by_row && aligned * 7 <= used * 8 {
-            aligned
-        } else {
-            used
-        };
-        Self {
-            blocking,
-            stride,
-            by_row,
-        }
+        let stride = if by_row && aligned * 7 <= used * 8 { aligned } else { used };
+        Self { blocking, stride, by_row }
     }
 }
 
@@ -99,12 +84,7 @@ impl Band {
             (rows * stride + SIDE).next_multiple_of(4 * SIDE) + 2 * shape.radius() * (stride + 1);
         // An odd number of cache lines between channels spreads them over the cache's sets.
         let plane = (plane.div_ceil(SIDE) | 1) * SIDE;
-        Self {
-            from,
-            rows,
-            stride,
-            plane,
-        }
+        Self { from, rows, stride, plane }
     }
 
     pub fn blocks(&self, cover: &Cover, width: usize) -> Vec<Block> {
@@ -133,19 +113,11 @@ impl Band {
         let mut runs = Vec::new();
         let mut column = 0;
         while column < SIDE {
-            let (y, x) = (
-                (start + column) / self.stride,
-                (start + column) % self.stride,
-            );
+            let (y, x) = ((start + column) / self.stride, (start + column) % self.stride);
             let places = (self.stride - x).min(SIDE - column);
             let length = places.min(width.saturating_sub(x));
             if y < self.rows && length > 0 {
-                runs.push(Run {
-                    tile,
-                    column,
-                    pixel: y * width + x,
-                    length,
-                });
+                runs.push(Run { tile, column, pixel: y * width + x, length });
             }
             column += places;
         }

@@ -41,10 +41,7 @@ impl Division {
             Blocking::Square
         };
         let [down, across] = blocking.tiles();
-        let blocks = [
-            shape.inputs.div_ceil(down * SIDE),
-            shape.outputs.div_ceil(across * SIDE),
-        ];
+        let blocks = [shape.inputs.div_ceil(down * SIDE), shape.outputs.div_ceil(across * SIDE)];
         let channels = SIDE * (blocks[0] * down + blocks[1] * across);
         let stride = (shape.width + shape.radius()).next_multiple_of(2);
         let pixels = (CACHED / (2 * precision.parts() * channels)).min(PIXELS);
@@ -86,13 +83,7 @@ impl Band {
         let plane = pixels + 2 * shape.radius() * (division.stride + 1);
         // An odd number of cache lines between channels spreads them over the cache's sets.
         let plane = (plane.div_ceil(STEP) | 1) * STEP;
-        Self {
-            from,
-            rows,
-            pixels,
-            stride: division.stride,
-            plane,
-        }
+        Self { from, rows, pixels, stride: division.stride, plane }
     }
 
     /// Copies one channel of the input; `row(y, into)` gives a row.
@@ -222,14 +213,10 @@ pub fn correlate(
     let division = Division::new(shape, precision);
     let bands: Vec<(usize, usize)> = (0..shape.batch)
         .flat_map(|picture| {
-            (0..shape.height)
-                .step_by(division.rows)
-                .map(move |from| (picture, from))
+            (0..shape.height).step_by(division.rows).map(move |from| (picture, from))
         })
         .collect();
-    let groups: Vec<_> = bands
-        .chunks(bands.len().div_ceil(division.groups))
-        .collect();
+    let groups: Vec<_> = bands.chunks(bands.len().div_ceil(division.groups)).collect();
     // Where there are fewer groups than threads, each is shared out by input channels.
     let parts = rayon::current_num_threads().div_ceil(groups.len());
     let part = division.blocks[0].div_ceil(parts);
@@ -244,14 +231,12 @@ pub fn correlate(
         .zip(&groups)
         .flat_map(|((sums, bias), bands)| {
             let mut bias = Some(bias);
-            sums.chunks_mut(part * block)
-                .enumerate()
-                .map(move |(p, sums)| Share {
-                    bands,
-                    first: p * part,
-                    sums,
-                    bias: bias.take(),
-                })
+            sums.chunks_mut(part * block).enumerate().map(move |(p, sums)| Share {
+                bands,
+                first: p * part,
+                sums,
+                bias: bias.take(),
+            })
         })
         .collect();
     shares.into_par_iter().for_each(|share| {
@@ -323,14 +308,9 @@ fn add_up(
             let low = &mut low[..if parts == 2 { pairs } else { 0 }];
             let scratch = (&mut *line, &mut *words);
             let bias = &mut bias[first.min(shape.outputs)..(first + SIDE).min(shape.outputs)];
-            band.fill_gradient(
-                precision,
-                shape.width,
-                scratch,
-                [high, low],
-                bias,
-                |c, y, into| before(picture, first + c, y, into),
-            );
+            band.fill_gradient(precision, shape.width, scratch, [high, low], bias, |c, y, into| {
+                before(picture, first + c, y, into)
+            });
         }
 
         let correlation = Correlation {

@@ -69,8 +69,6 @@ impl Factor<'_> {
         };
         let next = self.next.checked_mul(tiles - 1)?;
         let row = self.row.checked_mul(rows - 1)?;
-        [farthest, next, row, low, ROW_BYTES]
-            .into_iter()
-            .try_fold(self.start, usize::checked_add)
+        [farthest, next, row, low, ROW_BYTES].into_iter().try_fold(self.start, usize::checked_add)
     }
 }

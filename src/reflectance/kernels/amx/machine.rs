@@ -49,13 +49,8 @@ pub unsafe fn configure(pairs: usize) {
     rows[..8].fill(SIDE as u8);
     row_bytes[4..6].fill(4 * pairs as u16);
     rows[6..8].fill(pairs as u8);
-    let configuration = Configuration {
-        palette: 1,
-        start_row: 0,
-        reserved: [0; 14],
-        row_bytes,
-        rows,
-    };
+    let configuration =
+        Configuration { palette: 1, start_row: 0, reserved: [0; 14], row_bytes, rows };
     // SAFETY: `with_tiles`, the only caller, has made sure that the processor has tiles and that
     // the system lets us use them, and that there are 1 to 16 pairs; the 64 bytes that are read
     // are those of `configuration`. No compiled code holds anything in these registers.

@@ -6,10 +6,7 @@
 mod band;
 mod correlation;
 mod layout;
-#[cfg_attr(
-    not(all(target_arch = "x86_64", target_os = "linux")),
-    path = "no_machine.rs"
-)]
+#[cfg_attr(not(all(target_arch = "x86_64", target_os = "linux")), path = "no_machine.rs")]
 mod machine;
 mod pack;
 mod product;

@@ -10,11 +10,7 @@ use super::layout::SIDE;
 fn rounded(x: f32) -> u32 {
     let bits = x.to_bits();
     let nearest = bits.wrapping_add(0x7FFF + (bits >> 16 & 1));
-    let rounded = if x.is_nan() {
-        bits | 0x0040_0000
-    } else {
-        nearest
-    };
+    let rounded = if x.is_nan() { bits | 0x0040_0000 } else { nearest };
     rounded & 0xFFFF_0000
 }
 
@@ -24,11 +20,7 @@ fn split(x: f32) -> [u32; 2] {
     let high = rounded(x);
     // What is not finite has no remainder.
     let rest = x - f32::from_bits(high);
-    let low = if high & 0x7F80_0000 == 0x7F80_0000 {
-        0.0
-    } else {
-        rest
-    };
+    let low = if high & 0x7F80_0000 == 0x7F80_0000 { 0.0 } else { rest };
     [high, rounded(low)]
 }
 
@@ -132,41 +124,25 @@ fn transpose_in_registers(words: &mut [[u32; SIDE]; SIDE]) {
     // row's quarter q holds 4 rows' column 4q + r.
     let twos: [__m512i; SIDE] = core::array::from_fn(|i| {
         let (a, b) = (rows[i & !1], rows[i | 1]);
-        if i & 1 == 0 {
-            _mm512_unpacklo_epi32(a, b)
-        } else {
-            _mm512_unpackhi_epi32(a, b)
-        }
+        if i & 1 == 0 { _mm512_unpacklo_epi32(a, b) } else { _mm512_unpackhi_epi32(a, b) }
     });
     let fours: [__m512i; SIDE] = core::array::from_fn(|i| {
         let (group, r) = (i & !3, i & 3);
         let (a, b) = (twos[group + r / 2], twos[group + 2 + r / 2]);
-        if r & 1 == 0 {
-            _mm512_unpacklo_epi64(a, b)
-        } else {
-            _mm512_unpackhi_epi64(a, b)
-        }
+        if r & 1 == 0 { _mm512_unpacklo_epi64(a, b) } else { _mm512_unpackhi_epi64(a, b) }
     });
     // Then quarters: even or odd ones of two groups of 4 rows, and again.
     let eights: [__m512i; SIDE] = core::array::from_fn(|i| {
         let (half, odd, r) = (i & 8, i & 4, i & 3);
         let (a, b) = (fours[half + r], fours[half + 4 + r]);
-        if odd == 0 {
-            _mm512_shuffle_i32x4(a, b, 0x88)
-        } else {
-            _mm512_shuffle_i32x4(a, b, 0xDD)
-        }
+        if odd == 0 { _mm512_shuffle_i32x4(a, b, 0x88) } else { _mm512_shuffle_i32x4(a, b, 0xDD) }
     });
     let columns: [__m512i; SIDE] = core::array::from_fn(|i| {
         // Column 4q + r, from the even quarters for q = 0 and 2.
         let (q, r) = (i / 4, i & 3);
         let from = (q & 1) * 4 + r;
         let (a, b) = (eights[from], eights[8 + from]);
-        if q < 2 {
-            _mm512_shuffle_i32x4(a, b, 0x88)
-        } else {
-            _mm512_shuffle_i32x4(a, b, 0xDD)
-        }
+        if q < 2 { _mm512_shuffle_i32x4(a, b, 0x88) } else { _mm512_shuffle_i32x4(a, b, 0xDD) }
     });
     // SAFETY: as above.
     *words = unsafe { core::mem::transmute::<[__m512i; SIDE], [[u32; SIDE]; SIDE]>(columns) };

@@ -111,9 +111,7 @@ impl Division {
         let threads = rayon::current_num_threads();
         let wanted = if threads > 1 { 2 * threads } else { 1 };
         let row = 4 * precision.parts() * chunks.total() * cover.stride;
-        let most = (CACHED / row)
-            .saturating_sub(2 * shape.radius())
-            .max(FEW / 2);
+        let most = (CACHED / row).saturating_sub(2 * shape.radius()).max(FEW / 2);
         // Every task reads its weights once. Where they are more than the picture, tasks had better
         // differ in them.
         let heavy = shape.outputs * shape.taps() > 2 * shape.plane();
@@ -128,12 +126,7 @@ impl Division {
         let blocks = shape.outputs.div_ceil(block);
         let parts = wanted.div_ceil(shape.batch * bands).min(blocks);
         let part = blocks.div_ceil(parts) * block;
-        Self {
-            rows,
-            bands,
-            part,
-            parts,
-        }
+        Self { rows, bands, part, parts }
     }
 }
 
@@ -160,9 +153,7 @@ pub fn convolve(
     let cover = Cover::new(shape);
     let chunks = Chunks::new(shape.inputs);
     let division = Division::new(shape, precision, &cover, chunks);
-    let Division {
-        rows, bands, part, ..
-    } = division;
+    let Division { rows, bands, part, .. } = division;
 
     let mut shared = SHARED.take();
     let [packed, common] = &mut shared;
@@ -203,11 +194,7 @@ pub fn convolve(
     let mut split = split_bands(out, shape, shape.outputs, rows);
     let tasks = shares(&mut split, part);
     let threads = tasks.len() > 1;
-    let task = |Share {
-                    band: i,
-                    first,
-                    out,
-                }: Share| {
+    let task = |Share { band: i, first, out }: Share| {
         let band = band(i);
         let steps = (0..chunks.count * shape.taps()).map(|step| {
             let (chunk, tap) = (step / shape.taps(), step % shape.taps());
@@ -237,10 +224,7 @@ pub fn convolve(
                 band: &band,
                 values,
                 steps: &steps,
-                weights: Packed {
-                    words: packed,
-                    block,
-                },
+                weights: Packed { words: packed, block },
                 width: shape.width,
                 bias,
                 first,

@@ -48,10 +48,7 @@ impl Case {
 
     /// Forward, by input, by weights and by biases.
     fn run(&self, precision: Precision) -> [Vec<f32>; 4] {
-        let shape = &Shape {
-            tiles: Some(precision),
-            ..self.shape
-        };
+        let shape = &Shape { tiles: Some(precision), ..self.shape };
         let plane = shape.height * shape.width;
         let a = self.first;
         let [mut one, mut two] = [Vec::new(), Vec::new()];
@@ -61,14 +58,7 @@ impl Case {
         }
         let mut out = vec![0.0; self.gradient.len()];
         let none = Activation::None;
-        convolution::forward(
-            shape,
-            [&one, &two],
-            &self.weight,
-            &self.bias,
-            none,
-            &mut out,
-        );
+        convolution::forward(shape, [&one, &two], &self.weight, &self.bias, none, &mut out);
         let back = convolution::backward(
             shape,
             [&one, &two],
@@ -228,10 +218,7 @@ fn sums_agree_with_f64() {
     }
     for (p, w) in ["Half", "Split"].iter().zip(worst) {
         for (name, w) in NAMES.iter().zip(w) {
-            println!(
-                "{p} {name}: {:.2e} of the largest, {:.2e} of the terms",
-                w[0], w[1]
-            );
+            println!("{p} {name}: {:.2e} of the largest, {:.2e} of the terms", w[0], w[1]);
         }
     }
     // Of the largest value, Split is as good as asked for.
@@ -252,13 +239,7 @@ fn nan_stays_in_its_neighbourhood() {
         let s = shape(batch, channels, size, kernel);
         let (r, [h, w]) = (kernel / 2, size);
         for precision in [Precision::Half, Precision::Split] {
-            for (y, x) in [
-                (0, 0),
-                (h - 1, w - 1),
-                (h / 2, w - 1),
-                (h / 3, 0),
-                (h / 2, w / 2),
-            ] {
+            for (y, x) in [(0, 0), (h - 1, w - 1), (h / 2, w - 1), (h / 3, 0), (h / 2, w / 2)] {
                 let mut case = Case::new(s, 3);
                 let (n, c) = (batch - 1, channels[0] / 2);
                 case.x[((n * s.inputs + c) * h + y) * w + x] = f32::NAN;
@@ -302,11 +283,7 @@ fn same_bits(case: &Case, precision: Precision) {
     };
     let alone = on(1);
     for threads in [2, 3, 7] {
-        assert!(
-            alone == on(threads),
-            "{threads} threads change {:?}",
-            case.shape
-        );
+        assert!(alone == on(threads), "{threads} threads change {:?}", case.shape);
     }
 }
 

@@ -40,10 +40,7 @@ pub fn with_tiles<T>(pairs: usize, work: impl FnOnce(&Tiles) -> T) -> T {
     assert!(available(), "the processor has no AMX");
     assert!((1..=SIDE).contains(&pairs), "{pairs} pairs fit no tile");
     assert!(!IN_USE.replace(true), "the tiles are set up already");
-    let tiles = Tiles {
-        pairs,
-        _thread: PhantomData,
-    };
+    let tiles = Tiles { pairs, _thread: PhantomData };
     // Dropped, and with it the registers freed, when `work` panics too.
     let tiles = InUse(tiles);
     // SAFETY: both were asserted above.

@@ -79,9 +79,7 @@ pub fn pack(
             },
         );
     };
-    into.par_chunks_exact_mut(chunks.count * taps.len() * step)
-        .enumerate()
-        .for_each(work);
+    into.par_chunks_exact_mut(chunks.count * taps.len() * step).enumerate().for_each(work);
 }
 
 /// The taps at a place, and what follows them.

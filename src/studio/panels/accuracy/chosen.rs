@@ -46,14 +46,8 @@ impl Chosen<'_> {
         };
         let hint = "Takes this network, size, lamps and effects into the project. What is there now is set aside.";
         let button = ui.add_enabled(able, theme::main_button(able, "Use this"));
-        if button
-            .on_hover_text(hint)
-            .on_disabled_hover_text(why)
-            .clicked()
-        {
-            out.push(Command::Accuracy(AccuracyCommand::Apply(
-                measured.rung.name.clone(),
-            )));
+        if button.on_hover_text(hint).on_disabled_hover_text(why).clicked() {
+            out.push(Command::Accuracy(AccuracyCommand::Apply(measured.rung.name.clone())));
         }
         let alone = match measured.rung.knob {
             Some(Knob::Field) => Some("For comparison: the window keeps OLATs as 16-bit floats."),
@@ -104,11 +98,7 @@ impl Chosen<'_> {
                 words::duration(measured.training_seconds),
             ),
             ("PSNR", String::new(), format!("{:.1} dB", found.psnr_db)),
-            (
-                "OLATs",
-                String::new(),
-                figure(measured.olat_psnr_db, 1) + " dB",
-            ),
+            ("OLATs", String::new(), figure(measured.olat_psnr_db, 1) + " dB"),
             ("SSIM", String::new(), format!("{:.3}", found.ssim)),
             ("FLIP", String::new(), format!("{:.3}", found.flip)),
         ];
@@ -125,21 +115,18 @@ impl Chosen<'_> {
                 figure(measured.changes_db, 1) + " dB",
             ));
         }
-        Grid::new("figures")
-            .num_columns(3)
-            .spacing(vec2(2.0 * GAP, 4.0))
-            .show(ui, |ui| {
-                ui.label("");
-                ui.label(RichText::new("Predicted").color(theme::QUIET));
-                ui.label(RichText::new("Measured").color(theme::QUIET));
+        Grid::new("figures").num_columns(3).spacing(vec2(2.0 * GAP, 4.0)).show(ui, |ui| {
+            ui.label("");
+            ui.label(RichText::new("Predicted").color(theme::QUIET));
+            ui.label(RichText::new("Measured").color(theme::QUIET));
+            ui.end_row();
+            for (name, predicted, measured) in rows {
+                ui.label(name);
+                ui.label(RichText::new(predicted).color(theme::QUIET));
+                ui.label(measured);
                 ui.end_row();
-                for (name, predicted, measured) in rows {
-                    ui.label(name);
-                    ui.label(RichText::new(predicted).color(theme::QUIET));
-                    ui.label(measured);
-                    ui.end_row();
-                }
-            });
+            }
+        });
     }
 
     /// The rung's picture beside the best rung's and the truth.

@@ -47,12 +47,7 @@ enum Compared {
 
 impl Default for AccuracyPanel {
     fn default() -> Self {
-        Self {
-            wish: None,
-            within_ms: 40.0,
-            least_db: 30.0,
-            chosen: None,
-        }
+        Self { wish: None, within_ms: 40.0, least_db: 30.0, chosen: None }
     }
 }
 
@@ -87,10 +82,8 @@ impl AccuracyPanel {
     ) {
         let (truth, ledger) = (context.accuracy_truth(), context.accuracy.measured());
         let before = ledger.map(|ledger| Wish::of(ledger));
-        let mut wish = self.wish.or(before).unwrap_or(Wish {
-            budget: 60.0,
-            against: Compared::default(),
-        });
+        let mut wish =
+            self.wish.or(before).unwrap_or(Wish { budget: 60.0, against: Compared::default() });
         ui.horizontal_wrapped(|ui| {
             wish.ui(ui, project, truth.is_some());
             let goes_on = before == Some(wish);
@@ -143,14 +136,9 @@ impl AccuracyPanel {
             return quiet_ui(ui, "Training and measuring the first setting.");
         }
         self.chosen = self.chosen.filter(|&rung| rung < rungs.len());
-        let left = ledger
-            .planned
-            .saturating_sub(rungs.len() + ledger.failures.len());
-        let mut said = format!(
-            "{} compared with {}.",
-            counted(rungs.len(), "setting"),
-            ledger.compared_with
-        );
+        let left = ledger.planned.saturating_sub(rungs.len() + ledger.failures.len());
+        let mut said =
+            format!("{} compared with {}.", counted(rungs.len(), "setting"), ledger.compared_with);
         if left > 0 {
             said += &format!(" {left} to go.");
         }
@@ -163,10 +151,7 @@ impl AccuracyPanel {
         let mut asked = None;
         ui.horizontal_wrapped(|ui| {
             ui.label("I have");
-            let ms = computing(&mut self.within_ms)
-                .range(0.1..=1e5)
-                .speed(0.5)
-                .suffix(" ms");
+            let ms = computing(&mut self.within_ms).range(0.1..=1e5).speed(0.5).suffix(" ms");
             let field = ui.add(ms);
             let mut changed = field.changed();
             if is_reset(ui, &field) {
@@ -179,10 +164,7 @@ impl AccuracyPanel {
             }
             ui.separator();
             ui.label("I want at least");
-            let db = computing(&mut self.least_db)
-                .range(5.0..=80.0)
-                .speed(0.1)
-                .suffix(" dB");
+            let db = computing(&mut self.least_db).range(5.0..=80.0).speed(0.1).suffix(" dB");
             let field = ui.add(db);
             let mut changed = field.changed();
             if is_reset(ui, &field) {
@@ -232,10 +214,7 @@ impl Wish {
             Some(pose) => Compared::Pose(pose),
             None => Compared::Best,
         };
-        Self {
-            budget: ledger.settings.budget,
-            against,
-        }
+        Self { budget: ledger.settings.budget, against }
     }
 
     fn settings(self, truth: Option<PathBuf>) -> TradeoffSettings {
@@ -243,12 +222,7 @@ impl Wish {
             Compared::Best => (truth, None),
             Compared::Pose(pose) => (None, Some(pose)),
         };
-        TradeoffSettings {
-            truth,
-            hold_out,
-            budget: self.budget,
-            ..TradeoffSettings::default()
-        }
+        TradeoffSettings { truth, hold_out, budget: self.budget, ..TradeoffSettings::default() }
     }
 
     fn ui(&mut self, ui: &mut Ui, project: &Project, has_truth: bool) {
@@ -270,14 +244,9 @@ impl Wish {
                 ui.selectable_value(&mut self.against, Compared::Pose(pose), name(pose));
             }
         });
-        list.response
-            .labelled_by(label.id)
-            .on_hover_text("The pose is kept out of training");
+        list.response.labelled_by(label.id).on_hover_text("The pose is kept out of training");
         let label = ui.label("Training");
-        let minutes = computing(&mut self.budget)
-            .range(1.0..=1440.0)
-            .speed(1.0)
-            .suffix(" min");
+        let minutes = computing(&mut self.budget).range(1.0..=1440.0).speed(1.0).suffix(" min");
         let field = ui.add(minutes).labelled_by(label.id);
         if is_reset(ui, &field) {
             self.budget = TradeoffSettings::default().budget;

@@ -110,18 +110,14 @@ impl Ladder<'_> {
         response.widget_info(|| {
             WidgetInfo::labeled(egui::Role::Image, true, "Time for a frame against error")
         });
-        let pressed = response
-            .interact_pointer_pos()
-            .filter(|_| response.clicked())?;
+        let pressed = response.interact_pointer_pos().filter(|_| response.clicked())?;
         let near = self.rungs.iter().enumerate().map(|(number, measured)| {
             let [x, y] = place(measured);
             let at = shown.transform.position_from_point(&PlotPoint::new(x, y));
             (number, at.distance(pressed))
         });
         let nearest = near.min_by(|a, b| a.1.total_cmp(&b.1));
-        nearest
-            .filter(|&(_, distance)| distance <= REACH)
-            .map(|(number, _)| number)
+        nearest.filter(|&(_, distance)| distance <= REACH).map(|(number, _)| number)
     }
 
     fn point(&self, plot: &mut egui_plot::PlotUi, number: usize, measured: &Measured) {
@@ -159,11 +155,7 @@ impl Ladder<'_> {
                 false => MarkerShape::Circle,
             })
             .radius(if on_front { 5.0 } else { 3.5 })
-            .color(if on_front {
-                color
-            } else {
-                color.gamma_multiply(0.65)
-            });
+            .color(if on_front { color } else { color.gamma_multiply(0.65) });
         plot.points(dot);
     }
 }
@@ -186,25 +178,15 @@ pub fn legend_ui(ui: &mut Ui, rungs: &[Measured]) {
             ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
         }
         let (rect, _) = ui.allocate_exact_size(vec2(16.0, 14.0), Sense::hover());
-        let line = [
-            pos2(rect.left(), rect.center().y),
-            pos2(rect.right(), rect.center().y),
-        ];
-        ui.painter()
-            .line_segment(line, egui::Stroke::new(1.2, theme::QUIET));
-        ui.label(
-            RichText::new("Worth its time")
-                .size(12.0)
-                .color(theme::QUIET),
-        )
-        .on_hover_text("No other setting is both faster and more accurate");
+        let line = [pos2(rect.left(), rect.center().y), pos2(rect.right(), rect.center().y)];
+        ui.painter().line_segment(line, egui::Stroke::new(1.2, theme::QUIET));
+        ui.label(RichText::new("Worth its time").size(12.0).color(theme::QUIET))
+            .on_hover_text("No other setting is both faster and more accurate");
     });
 }
 
 fn axis<'a>(hints: AxisHints<'a>) -> AxisHints<'a> {
-    hints
-        .tick_label_color(theme::QUIET)
-        .tick_label_font(FontId::proportional(11.0))
+    hints.tick_label_color(theme::QUIET).tick_label_font(FontId::proportional(11.0))
 }
 
 /// Marks at 1, 2 and 5 of each power of ten that is in sight.
@@ -212,12 +194,8 @@ fn steps(input: GridInput) -> Vec<GridMark> {
     let (low, high) = input.bounds;
     let decades = low.floor() as i32..=high.ceil() as i32;
     let marks = decades.flat_map(|decade| {
-        [1.0f64, 2.0, 5.0].map(|digit| GridMark {
-            value: f64::from(decade) + digit.log10(),
-            step_size: 1.0,
-        })
+        [1.0f64, 2.0, 5.0]
+            .map(|digit| GridMark { value: f64::from(decade) + digit.log10(), step_size: 1.0 })
     });
-    marks
-        .filter(|mark| (low..=high).contains(&mark.value))
-        .collect()
+    marks.filter(|mark| (low..=high).contains(&mark.value)).collect()
 }

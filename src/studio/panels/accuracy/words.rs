@@ -21,11 +21,7 @@ pub fn title(measured: &Measured) -> String {
 
 /// Milliseconds with as many digits as mean something.
 pub fn ms(ms: f64) -> String {
-    if ms < 10.0 {
-        format!("{ms:.1} ms")
-    } else {
-        format!("{ms:.0} ms")
-    }
+    if ms < 10.0 { format!("{ms:.1} ms") } else { format!("{ms:.0} ms") }
 }
 
 /// Bytes in the unit that a person reads.
@@ -45,13 +41,8 @@ pub fn none(rungs: &[Measured], asked: Pick) -> String {
     let comparable = || rungs.iter().filter(|m| m.changes_db.is_none());
     match asked {
         Pick::Within(_) => {
-            let fastest = comparable()
-                .map(|m| m.frame.median)
-                .fold(f64::INFINITY, f64::min);
-            format!(
-                "No setting is that fast: the fastest takes {} a frame.",
-                ms(fastest)
-            )
+            let fastest = comparable().map(|m| m.frame.median).fold(f64::INFINITY, f64::min);
+            format!("No setting is that fast: the fastest takes {} a frame.", ms(fastest))
         }
         Pick::AtLeast(_) => {
             let best = comparable().map(|m| m.fidelity.psnr_db).fold(0.0, f64::max);

@@ -52,18 +52,13 @@ fn list_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
     let is_linear = options.format == Format::Exr;
     let plain = if is_linear { "Linear Rec. 709" } else { "sRGB" };
     let own = options.space.map_or(plain, |space| name(space, is_linear));
-    let configured = options
-        .ocio
-        .space
-        .as_deref()
-        .or(options.ocio.view.as_deref());
+    let configured = options.ocio.space.as_deref().or(options.ocio.view.as_deref());
     let shown = configured.unwrap_or(own);
     let text = format!("Colours: {shown}");
     // A list keeps its height: the longer one of a configuration is another.
     let is_longer = context.color_views.is_configured();
-    let mut list = ComboBox::from_id_salt(("Colours", is_longer))
-        .width(LIST)
-        .selected_text(short(shown));
+    let mut list =
+        ComboBox::from_id_salt(("Colours", is_longer)).width(LIST).selected_text(short(shown));
     if is_longer {
         list = list.height(MENU);
     }
@@ -113,10 +108,8 @@ fn offers_ui(
         };
         let is_now = now.space.as_ref() == Some(&space.name);
         if ui.selectable_label(is_now, text).clicked() {
-            chosen = Some(ColorChoice {
-                space: Some(space.name.clone()),
-                ..ColorChoice::default()
-            });
+            chosen =
+                Some(ColorChoice { space: Some(space.name.clone()), ..ColorChoice::default() });
         }
     }
     chosen
@@ -171,18 +164,10 @@ fn own_spaces(
     plain: &'static str,
     is_linear: bool,
 ) -> impl Iterator<Item = (Option<OutputSpace>, &'static str, &'static str)> {
-    let own = (
-        None,
-        plain,
-        "The working space; a movie is tagged Rec. 709, as players expect",
-    );
+    let own = (None, plain, "The working space; a movie is tagged Rec. 709, as players expect");
     let other = OutputSpace::ALL.into_iter().filter(move |&space| {
         let same = matches!(space, OutputSpace::Srgb | OutputSpace::Rec709);
-        if is_linear {
-            !same
-        } else {
-            space != OutputSpace::Acescg
-        }
+        if is_linear { !same } else { space != OutputSpace::Acescg }
     });
     let other =
         other.map(move |space| (Some(space), name(space, is_linear), about(space, is_linear)));
@@ -231,10 +216,7 @@ mod tests {
                 space("numbers", false, true),
                 space("show", false, false),
             ],
-            roles: vec![ConfigRole {
-                role: WORKING.to_owned(),
-                space: "show".to_owned(),
-            }],
+            roles: vec![ConfigRole { role: WORKING.to_owned(), space: "show".to_owned() }],
             ..ConfigNames::default()
         };
         let offered = |is_linear| -> Vec<&str> {
@@ -243,14 +225,9 @@ mod tests {
         };
         assert_eq!(offered(true), ["show", "light"]);
         assert_eq!(offered(false), ["show", "light", "log"]);
-        let of_space = |space: &str| ColorChoice {
-            space: Some(space.to_owned()),
-            ..ColorChoice::default()
-        };
-        let view = ColorChoice {
-            view: Some("Film".to_owned()),
-            ..ColorChoice::default()
-        };
+        let of_space =
+            |space: &str| ColorChoice { space: Some(space.to_owned()), ..ColorChoice::default() };
+        let view = ColorChoice { view: Some("Film".to_owned()), ..ColorChoice::default() };
         assert!(is_light(&ColorChoice::default(), Some(&names)));
         assert!(is_light(&of_space("show"), Some(&names)) && is_light(&of_space("log"), None));
         assert!(!is_light(&of_space("log"), Some(&names)) && !is_light(&view, None));

@@ -38,13 +38,7 @@ fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.horizontal(|ui| {
         let movies = Format::ALL.into_iter().filter(|format| format.is_movie());
         let names = movies.map(|format| (format, format.name(), format.describe()));
-        list_ui(
-            ui,
-            "Codec",
-            options.format.name(),
-            &mut options.format,
-            names,
-        );
+        list_ui(ui, "Codec", options.format.name(), &mut options.format, names);
         ui.checkbox(&mut options.sound, "Sound")
             .on_hover_text("The sound of the interview's movie, cut to the exported frames");
     });
@@ -53,16 +47,8 @@ fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
         ui.label("Matte");
         segments_ui(ui, |ui| {
             for (alpha, name, hint) in [
-                (
-                    MovieAlpha::Straight,
-                    "Straight",
-                    "Colour of its own, as most editors expect",
-                ),
-                (
-                    MovieAlpha::Premultiplied,
-                    "Premultiplied",
-                    "Codes times alpha, over black",
-                ),
+                (MovieAlpha::Straight, "Straight", "Colour of its own, as most editors expect"),
+                (MovieAlpha::Premultiplied, "Premultiplied", "Codes times alpha, over black"),
             ] {
                 if choice_ui(ui, "Matte", name, hint, options.movie_alpha == alpha) {
                     options.movie_alpha = alpha;
@@ -89,23 +75,13 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
             }
         });
         let all = ExrCompression::ALL.map(|c| (c, c.name(), hint(c)));
-        list_ui(
-            ui,
-            "Compression",
-            exr.compression.name(),
-            &mut exr.compression,
-            all.into_iter(),
-        );
+        list_ui(ui, "Compression", exr.compression.name(), &mut exr.compression, all.into_iter());
     });
     ui.end_row();
     ui.label("Matte");
     ui.horizontal(|ui| {
         let alphas = [
-            (
-                ExrAlpha::Premultiplied,
-                "Premultiplied",
-                "Colour times alpha, as OpenEXR has it",
-            ),
+            (ExrAlpha::Premultiplied, "Premultiplied", "Colour times alpha, as OpenEXR has it"),
             (ExrAlpha::Straight, "Straight", "Colour divided by alpha"),
         ];
         segments_ui(ui, |ui| {
@@ -123,21 +99,9 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
         ui.label("Layers in");
         ui.horizontal(|ui| {
             let places = [
-                (
-                    LayerFiles::Channels,
-                    "Channels",
-                    "light_00.R … beside the picture's channels",
-                ),
-                (
-                    LayerFiles::Parts,
-                    "Parts",
-                    "A part of the file for each lamp",
-                ),
-                (
-                    LayerFiles::Files,
-                    "Files",
-                    "A file for each lamp beside the picture's",
-                ),
+                (LayerFiles::Channels, "Channels", "light_00.R … beside the picture's channels"),
+                (LayerFiles::Parts, "Parts", "A part of the file for each lamp"),
+                (LayerFiles::Files, "Files", "A file for each lamp beside the picture's"),
             ];
             segments_ui(ui, |ui| {
                 for (layers, name, hint) in places {
@@ -175,8 +139,7 @@ fn list_ui<T: PartialEq>(
     let list = ComboBox::from_id_salt(of).width(LIST).selected_text(shown);
     let response = list.show_ui(ui, |ui| {
         for (value, name, hint) in all {
-            ui.selectable_value(chosen, value, WidgetText::from(name))
-                .on_hover_text(hint);
+            ui.selectable_value(chosen, value, WidgetText::from(name)).on_hover_text(hint);
         }
     });
     let text = format!("{of}: {shown}");

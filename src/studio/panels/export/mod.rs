@@ -121,9 +121,7 @@ fn frames_ui(ui: &mut Ui, state: &State, out: &mut Vec<Command>) -> Response {
     let response = ui.horizontal(|ui| {
         let field = |value| computing(value).range(0..=most).speed(0.1);
         let response = number_ui(ui, "In", field(&mut from), FIELD, out, || reset((0, last)));
-        number_ui(ui, "Out", field(&mut to), FIELD, out, || {
-            reset((first, most))
-        });
+        number_ui(ui, "Out", field(&mut to), FIELD, out, || reset((first, most)));
         if from != first {
             to = to.max(from);
         }
@@ -154,11 +152,7 @@ fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
     segments_ui(ui, |ui| {
         ui.spacing_mut().button_padding.x = 6.0;
         for (at, name, hint) in [
-            (
-                PictureSize::Plate,
-                "Plate",
-                "The whole plate, at its own resolution",
-            ),
+            (PictureSize::Plate, "Plate", "The whole plate, at its own resolution"),
             (
                 PictureSize::Box,
                 "Box",
@@ -180,19 +174,13 @@ fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
 
 /// What the rung in use costs for this clip, if it was measured.
 fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &ExportOptions) {
-    let Some(rung) = context
-        .accuracy
-        .measured()
-        .and_then(|ledger| ledger.in_use())
-    else {
+    let Some(rung) = context.accuracy.measured().and_then(|ledger| ledger.in_use()) else {
         return;
     };
     let (first, last) = context.state.range();
     let frames = (last - first + 1) as f64;
     let seconds = frames * rung.frame.median / 1e3;
-    let longer = options
-        .size
-        .unwrap_or(longer_side(context, project, options)) as f64;
+    let longer = options.size.unwrap_or(longer_side(context, project, options)) as f64;
     let shape = match (options.at, context.relit) {
         (PictureSize::Plate, Some(relit)) => {
             let (width, height) = (relit.width as f64, relit.height as f64);
@@ -236,14 +224,9 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, own: usize, out: &mut Vec<C
         let mut size = before;
         let field = computing(&mut size).range(Files::SIZES).suffix(" px");
         let response = ui.add_sized(vec2(FIELD + 2.0 * GAP, 24.0), field);
-        let response = response
-            .labelled_by(label.id)
-            .on_hover_text("The longer side in pixels");
+        let response = response.labelled_by(label.id).on_hover_text("The longer side in pixels");
         if is_reset(ui, &response) {
-            let options = ExportOptions {
-                size: None,
-                ..options.clone()
-            };
+            let options = ExportOptions { size: None, ..options.clone() };
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         let hint = "Not resized";
@@ -267,19 +250,9 @@ fn background_ui(ui: &mut Ui, options: &mut ExportOptions) {
                 "Environment",
                 "The environment, as the camera sees it",
             ),
-            (
-                Some(Background::None),
-                "None",
-                "No background: transparent; black in H.264",
-            ),
+            (Some(Background::None), "None", "No background: transparent; black in H.264"),
         ] {
-            if choice_ui(
-                ui,
-                "Background",
-                name,
-                hint,
-                options.background == background,
-            ) {
+            if choice_ui(ui, "Background", name, hint, options.background == background) {
                 options.background = background;
             }
         }
@@ -344,10 +317,7 @@ fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {
         );
         let button = ui.add(Button::new("…").min_size(vec2(choose, 24.0)));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the file name"));
-        if button
-            .on_hover_text("Choose the file name in a dialog")
-            .clicked()
-        {
+        if button.on_hover_text("Choose the file name in a dialog").clicked() {
             out.push(Command::Dialog(Dialog::Destination));
         }
     });
@@ -368,11 +338,8 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
     let quiet =
         |text: String| Label::new(RichText::new(text).size(13.0).color(theme::QUIET)).truncate();
     if let Ok(destination) = Destination::parse(written) {
-        let files: Vec<_> = [first, last]
-            .map(|f| destination.files(f, f).next())
-            .into_iter()
-            .flatten()
-            .collect();
+        let files: Vec<_> =
+            [first, last].map(|f| destination.files(f, f).next()).into_iter().flatten().collect();
         let frames = match last - first {
             0 => "1 frame".to_owned(),
             more => format!("{} frames", more + 1),
@@ -393,10 +360,9 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
         ui.checkbox(&mut options.replace, "Replace existing files")
             .on_hover_text("Off: the new files get a number");
         if !options.format.is_movie() {
-            ui.checkbox(&mut options.resume, "Resume a stopped export")
-                .on_hover_text(
-                    "Writes only the frames that are missing or were made with other settings",
-                );
+            ui.checkbox(&mut options.resume, "Resume a stopped export").on_hover_text(
+                "Writes only the frames that are missing or were made with other settings",
+            );
         }
     } else {
         options.replace = false;
@@ -430,9 +396,7 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let row = ui.horizontal(|ui| {
         ui.spacing_mut().interact_size.y = ADD;
         let size = vec2(ui.available_width() - SEND, ADD);
-        let response = ui
-            .add_enabled_ui(enabled, |ui| ui.add_sized(size, add))
-            .inner;
+        let response = ui.add_enabled_ui(enabled, |ui| ui.add_sized(size, add)).inner;
         ui.add_enabled_ui(enabled, |ui| farm_ui(ui, out));
         response
     });

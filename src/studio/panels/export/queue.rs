@@ -18,16 +18,10 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     ui.horizontal(|ui| {
         ui.strong("Queue");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let over = context
-                .exports
-                .iter()
-                .filter(|e| e.status.sentence().is_some());
+            let over = context.exports.iter().filter(|e| e.status.sentence().is_some());
             let over: Vec<u64> = over.map(|export| export.id).collect();
             if !over.is_empty() && ui.button("Clear finished").clicked() {
-                out.extend(
-                    over.into_iter()
-                        .map(|id| Command::Export(ExportCommand::Withdraw(id))),
-                );
+                out.extend(over.into_iter().map(|id| Command::Export(ExportCommand::Withdraw(id))));
             }
         });
     });
@@ -82,11 +76,7 @@ fn export_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut V
         let bar = ProgressBar::new(job.share)
             .desired_height(18.0)
             .corner_radius(2)
-            .fill(if job.is_paused() {
-                theme::TEXT.gamma_multiply(0.35)
-            } else {
-                theme::PRIMARY
-            })
+            .fill(if job.is_paused() { theme::TEXT.gamma_multiply(0.35) } else { theme::PRIMARY })
             .text(RichText::new(text).size(13.0).color(Color32::WHITE));
         ui.add(bar).on_hover_text(&job.note);
     }
@@ -110,10 +100,7 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
             let button = Button::new((icon, text)).min_size(vec2(76.0, 22.0));
             // Several exports have the same buttons.
             let name = format!("{text} {}", export.name);
-            if icons::named_ui(ui, enabled, button, &name)
-                .on_hover_text(hint)
-                .clicked()
-            {
+            if icons::named_ui(ui, enabled, button, &name).on_hover_text(hint).clicked() {
                 out.push(command);
             }
         };
@@ -123,14 +110,7 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
             let Some(job) = job else { return };
             let (icon, pause) = job::pause_name(job);
             let hint = "Pauses after the current frame, so that the picture has the processor to itself. Key: P";
-            button(
-                ui,
-                !job.stopping,
-                icon,
-                pause,
-                hint,
-                Command::Job(JobCommand::Pause),
-            );
+            button(ui, !job.stopping, icon, pause, hint, Command::Job(JobCommand::Pause));
             let cancel = if job.stopping { "Stopping" } else { "Cancel" };
             let hint = "Stops after the current frame. Finished stills are kept; a movie is not.";
             button(ui, !job.stopping, icons::STOP, cancel, hint, remove);

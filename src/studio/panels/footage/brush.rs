@@ -54,10 +54,7 @@ impl Brush {
         if let Some(Ok(live)) = context.matte.live(frame) {
             painter.image(live.overlay.id(), picture, whole, Color32::WHITE);
         }
-        let strokes = context
-            .matte
-            .strokes()
-            .and_then(|strokes| strokes.as_ref().ok());
+        let strokes = context.matte.strokes().and_then(|strokes| strokes.as_ref().ok());
         let here = strokes.into_iter().flat_map(|all| &all.strokes);
         for stroke in here.filter(|stroke| stroke.frame == frame) {
             draw(&painter, &place, stroke, 0.35);
@@ -89,10 +86,9 @@ impl Brush {
             }
             let ring = (place.scale * radius).max(1.5);
             let painter = ui.painter_at(room);
-            for (width, color) in [
-                (3.0, Color32::from_black_alpha(140)),
-                (1.5, color(context.matte.side)),
-            ] {
+            for (width, color) in
+                [(3.0, Color32::from_black_alpha(140)), (1.5, color(context.matte.side))]
+            {
                 painter.circle_stroke(at, ring, Stroke::new(width, color));
             }
             ui.set_cursor_icon(CursorIcon::Crosshair);
@@ -102,10 +98,7 @@ impl Brush {
             ui.input(|i| i.pointer.button_down(PointerButton::Secondary)),
         );
         let at = response.interact_pointer_pos();
-        if let (true, Some(at)) = (
-            held || response.clicked() || response.secondary_clicked(),
-            at,
-        ) {
+        if let (true, Some(at)) = (held || response.clicked() || response.secondary_clicked(), at) {
             let radius = context.matte.radius(size);
             let side = match (context.matte.side, other || response.secondary_clicked()) {
                 (side, false) => side,
@@ -133,10 +126,7 @@ impl Brush {
                 stroke.points.push([to.x, to.y]);
             }
             if stroke.points.len() >= MOST_POINTS {
-                let next = Painted {
-                    points: vec![[to.x, to.y]],
-                    ..*stroke
-                };
+                let next = Painted { points: vec![[to.x, to.y]], ..*stroke };
                 let whole = std::mem::replace(stroke, next);
                 out.push(Command::Matte(MatteCommand::Stroke(Box::new(whole))));
             }
@@ -148,11 +138,7 @@ impl Brush {
 }
 
 fn draw(painter: &Painter, place: &Placement, stroke: &Painted, opacity: f32) {
-    let at = |[x, y]: [f32; 2]| {
-        place
-            .rect(Rect::from_min_size(pos2(x, y), vec2(0.0, 0.0)))
-            .min
-    };
+    let at = |[x, y]: [f32; 2]| place.rect(Rect::from_min_size(pos2(x, y), vec2(0.0, 0.0))).min;
     let width = (2.0 * place.scale * stroke.radius).max(1.0);
     let color = color(stroke.side).gamma_multiply(opacity);
     match stroke.points[..] {

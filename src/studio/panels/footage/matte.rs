@@ -17,11 +17,7 @@ pub fn tools_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     segments_ui(ui, |ui| {
         for (name, hint, on) in [
             ("Framing", "Choose the square that is used", false),
-            (
-                "Paint matte",
-                "Paint what belongs to the person. Key: M",
-                true,
-            ),
+            ("Paint matte", "Paint what belongs to the person. Key: M", true),
         ] {
             let tool = Button::selectable(context.matte.on == on, name);
             if ui.add(tool).on_hover_text(hint).clicked() {
@@ -58,15 +54,9 @@ pub fn matte_ui(
 ) {
     let view = context.state.footage;
     if view.exemplars {
-        quiet_ui(
-            ui,
-            "Strokes are painted on interview frames. Poses are cut out by brightness.",
-        );
+        quiet_ui(ui, "Strokes are painted on interview frames. Poses are cut out by brightness.");
         if ui.button("Show the interview").clicked() {
-            let interview = FootageView {
-                exemplars: false,
-                ..view
-            };
+            let interview = FootageView { exemplars: false, ..view };
             out.push(Command::View(ViewCommand::Footage(interview)));
         }
         return;
@@ -95,16 +85,8 @@ pub fn matte_ui(
 fn brush_ui(ui: &mut Ui, context: &PanelContext, shown: &FootagePicture, out: &mut Vec<Command>) {
     segments_ui(ui, |ui| {
         for (name, hint, side) in [
-            (
-                "Keep",
-                "Paint the person. Key: X; the right button removes",
-                BrushSide::Keep,
-            ),
-            (
-                "Remove",
-                "Paint the background. Key: X; the right button keeps",
-                BrushSide::Remove,
-            ),
+            ("Keep", "Paint the person. Key: X; the right button removes", BrushSide::Keep),
+            ("Remove", "Paint the background. Key: X; the right button keeps", BrushSide::Remove),
         ] {
             let chosen = Button::selectable(context.matte.side == side, name);
             if ui.add(chosen).on_hover_text(hint).clicked() {
@@ -112,28 +94,22 @@ fn brush_ui(ui: &mut Ui, context: &PanelContext, shown: &FootagePicture, out: &m
             }
         }
     });
-    egui::Grid::new("brush")
-        .num_columns(2)
-        .spacing([GAP, 5.0])
-        .show(ui, |ui| {
-            let mut radius = context.matte.radius(shown.size);
-            let before = radius;
-            let field = computing(&mut radius)
-                .range(strokes::RADII)
-                .speed(0.02 * before)
-                .max_decimals(1)
-                .suffix(" px");
-            if field_ui(ui, "Radius", field) {
-                radius = MattePainting::fitting_radius(shown.size);
-            }
-            if radius != before {
-                out.push(Command::Matte(MatteCommand::Radius(radius)));
-            }
-        });
-    quiet_ui(
-        ui,
-        "Wheel, [ and ] change the size. Ctrl+Z undoes a stroke.",
-    );
+    egui::Grid::new("brush").num_columns(2).spacing([GAP, 5.0]).show(ui, |ui| {
+        let mut radius = context.matte.radius(shown.size);
+        let before = radius;
+        let field = computing(&mut radius)
+            .range(strokes::RADII)
+            .speed(0.02 * before)
+            .max_decimals(1)
+            .suffix(" px");
+        if field_ui(ui, "Radius", field) {
+            radius = MattePainting::fitting_radius(shown.size);
+        }
+        if radius != before {
+            out.push(Command::Matte(MatteCommand::Radius(radius)));
+        }
+    });
+    quiet_ui(ui, "Wheel, [ and ] change the size. Ctrl+Z undoes a stroke.");
 }
 
 /// The frame's matte in words.
@@ -142,10 +118,7 @@ fn found_ui(ui: &mut Ui, context: &PanelContext, frame: usize) {
         Some(Err(sentence)) => drop(ui.colored_label(theme::WARNING, sentence)),
         Some(Ok(live)) => {
             let edges = 100.0 * live.uncertain;
-            quiet_ui(
-                ui,
-                &format!("Red is removed. Edges: {edges:.1} % of the pixels."),
-            );
+            quiet_ui(ui, &format!("Red is removed. Edges: {edges:.1} % of the pixels."));
         }
         None => (),
     }

@@ -53,32 +53,25 @@ impl FootagePanel {
                 );
             });
         }
-        let ground = || {
-            Frame::new()
-                .fill(theme::PANEL)
-                .inner_margin(Margin::symmetric(12, 0))
-        };
+        let ground = || Frame::new().fill(theme::PANEL).inner_margin(Margin::symmetric(12, 0));
         Panel::bottom("footage strip")
             .exact_size(STRIP)
             .frame(ground())
             .show(ui, |ui| strip::strip_ui(ui, context, out));
         let picture = context.footage.picture();
-        Panel::right("framing")
-            .exact_size(COLUMN)
-            .frame(ground())
-            .show(ui, |ui| {
+        Panel::right("framing").exact_size(COLUMN).frame(ground()).show(ui, |ui| {
+            ui.add_space(GAP);
+            view_ui(ui, context, project, out);
+            if let Some(Ok(shown)) = picture {
                 ui.add_space(GAP);
-                view_ui(ui, context, project, out);
-                if let Some(Ok(shown)) = picture {
-                    ui.add_space(GAP);
-                    matte::tools_ui(ui, context, out);
-                    ui.add_space(0.5 * GAP);
-                    match context.matte.on {
-                        true => matte::matte_ui(ui, context, project, shown, out),
-                        false => self.framing_ui(ui, context, project, shown, out),
-                    }
+                matte::tools_ui(ui, context, out);
+                ui.add_space(0.5 * GAP);
+                match context.matte.on {
+                    true => matte::matte_ui(ui, context, project, shown, out),
+                    false => self.framing_ui(ui, context, project, shown, out),
                 }
-            });
+            }
+        });
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         match picture {
@@ -126,42 +119,35 @@ impl FootagePanel {
         let (width, height) = shown.size;
         quiet_ui(ui, &format!("The square used of {width} × {height} pixels"));
         let speed = width.max(height) as f32 / 500.0;
-        egui::Grid::new("square")
-            .num_columns(2)
-            .spacing([GAP, 5.0])
-            .show(ui, |ui| {
-                let most = 4 * width.max(height);
-                let field = computing(&mut framing.x).speed(speed);
-                if field_ui(ui, "Left", field) {
-                    framing.x = kept.x;
-                }
-                let field = computing(&mut framing.y).speed(speed);
-                if field_ui(ui, "Top", field) {
-                    framing.y = kept.y;
-                }
-                let field = computing(&mut framing.side).speed(speed);
-                if field_ui(ui, "Size", field.range(1..=most)) {
-                    framing.side = kept.side;
-                }
-                ui.label("Outside");
-                segments_ui(ui, |ui| {
-                    for padding in Padding::ALL {
-                        let chosen = framing.padding == padding;
-                        if ui.add(Button::selectable(chosen, padding.name())).clicked() {
-                            framing.padding = padding;
-                        }
+        egui::Grid::new("square").num_columns(2).spacing([GAP, 5.0]).show(ui, |ui| {
+            let most = 4 * width.max(height);
+            let field = computing(&mut framing.x).speed(speed);
+            if field_ui(ui, "Left", field) {
+                framing.x = kept.x;
+            }
+            let field = computing(&mut framing.y).speed(speed);
+            if field_ui(ui, "Top", field) {
+                framing.y = kept.y;
+            }
+            let field = computing(&mut framing.side).speed(speed);
+            if field_ui(ui, "Size", field.range(1..=most)) {
+                framing.side = kept.side;
+            }
+            ui.label("Outside");
+            segments_ui(ui, |ui| {
+                for padding in Padding::ALL {
+                    let chosen = framing.padding == padding;
+                    if ui.add(Button::selectable(chosen, padding.name())).clicked() {
+                        framing.padding = padding;
                     }
-                });
-                ui.end_row();
+                }
             });
+            ui.end_row();
+        });
         ui.horizontal(|ui| {
             let padding = framing.padding;
             for (name, hint, square) in [
-                (
-                    "Largest",
-                    "The largest square inside the picture",
-                    Framing::largest(shown.size),
-                ),
+                ("Largest", "The largest square inside the picture", Framing::largest(shown.size)),
                 (
                     "Whole",
                     "The smallest square around the whole picture",
@@ -207,11 +193,7 @@ impl FootagePanel {
             _ => true,
         };
         ui.horizontal(|ui| {
-            let name = if self.asking {
-                "Change framing anyway"
-            } else {
-                "Use this framing"
-            };
+            let name = if self.asking { "Change framing anyway" } else { "Use this framing" };
             let free = context.read_only.is_none() && context.status.job.is_none();
             let response = ui.add_enabled(free, Button::new(name));
             if response
@@ -249,16 +231,8 @@ fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let (first, last) = context.state.range();
     ui.horizontal(|ui| {
         for (name, hint, command) in [
-            (
-                "In",
-                "Play and export from this frame. Key: I",
-                Command::View(ViewCommand::MarkIn),
-            ),
-            (
-                "Out",
-                "Play and export to this frame. Key: O",
-                Command::View(ViewCommand::MarkOut),
-            ),
+            ("In", "Play and export from this frame. Key: I", Command::View(ViewCommand::MarkIn)),
+            ("Out", "Play and export to this frame. Key: O", Command::View(ViewCommand::MarkOut)),
         ] {
             if ui.button(name).on_hover_text(hint).clicked() {
                 out.push(command);

@@ -38,13 +38,8 @@ impl Placement {
         let picture = Rect::from_min_size(Pos2::ZERO, vec2(width, height));
         let seen = picture.expand(0.04 * width.max(height)).union(square(kept));
         let room = room.shrink(2.0 * GAP);
-        let scale = (room.width() / seen.width())
-            .min(room.height() / seen.height())
-            .max(1e-3);
-        Self {
-            origin: room.center() - scale * seen.center().to_vec2(),
-            scale,
-        }
+        let scale = (room.width() / seen.width()).min(room.height() / seen.height()).max(1e-3);
+        Self { origin: room.center() - scale * seen.center().to_vec2(), scale }
     }
 
     pub fn rect(&self, pixels: Rect) -> Rect {
@@ -76,10 +71,8 @@ impl Square {
         let room = ui.available_rect_before_wrap();
         let place = Placement::of(room, shown, kept);
         let (width, height) = shown.size;
-        let picture = place.rect(Rect::from_min_size(
-            Pos2::ZERO,
-            vec2(width as f32, height as f32),
-        ));
+        let picture =
+            place.rect(Rect::from_min_size(Pos2::ZERO, vec2(width as f32, height as f32)));
         let painter = ui.painter_at(room);
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
         painter.image(shown.texture.id(), picture, whole, Color32::WHITE);
@@ -146,27 +139,14 @@ impl Square {
 /// The square when one of its corners is dragged: the opposite one stays.
 fn grown(before: Framing, corner: [f32; 2], moved: Vec2) -> Framing {
     let outwards = |axis: usize| {
-        if corner[axis] > 0.0 {
-            moved[axis]
-        } else {
-            -moved[axis]
-        }
+        if corner[axis] > 0.0 { moved[axis] } else { -moved[axis] }
     };
     // The axis that was dragged further decides: along it the corner stays under the pointer.
-    let growth = if outwards(0).abs() > outwards(1).abs() {
-        outwards(0)
-    } else {
-        outwards(1)
-    };
+    let growth = if outwards(0).abs() > outwards(1).abs() { outwards(0) } else { outwards(1) };
     let side = (before.side as f32 + growth).round().max(LEAST);
     let more = side as i32 - before.side as i32;
     let shifted = |at: i32, axis: usize| if corner[axis] > 0.0 { at } else { at - more };
-    Framing {
-        x: shifted(before.x, 0),
-        y: shifted(before.y, 1),
-        side: side as usize,
-        ..before
-    }
+    Framing { x: shifted(before.x, 0), y: shifted(before.y, 1), side: side as usize, ..before }
 }
 
 fn at_corner(rect: Rect, [x, y]: [f32; 2]) -> Pos2 {
@@ -194,12 +174,7 @@ mod tests {
 
     #[test]
     fn a_dragged_corner_leaves_the_opposite_one_where_it_is() {
-        let before = Framing {
-            x: 10,
-            y: 20,
-            side: 100,
-            ..Framing::largest((1920, 1080))
-        };
+        let before = Framing { x: 10, y: 20, side: 100, ..Framing::largest((1920, 1080)) };
         for (corner, _) in CORNERS {
             for moved in [vec2(30.0, 4.0), vec2(-5.0, -40.0), vec2(-500.0, 500.0)] {
                 let after = grown(before, corner, moved);

@@ -60,8 +60,7 @@ pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         );
         if shown || response.hovered() {
             let color = if shown { theme::ACCENT } else { theme::QUIET };
-            ui.painter()
-                .rect_stroke(place, 2.0, Stroke::new(2.0, color), StrokeKind::Inside);
+            ui.painter().rect_stroke(place, 2.0, Stroke::new(2.0, color), StrokeKind::Inside);
         }
         if response.clicked() {
             out.push(Command::View(ViewCommand::Frame(frame)));

@@ -41,11 +41,7 @@ pub fn ui(
                     case.gamma1, case.deviation[0], case.gamma2, case.deviation[1]
                 )));
                 let idle = context.status.job.is_none();
-                let name = if case.changed {
-                    "Exposure changed"
-                } else {
-                    "Exposure unchanged"
-                };
+                let name = if case.changed { "Exposure changed" } else { "Exposure unchanged" };
                 let button = ui
                     .add_enabled(idle, Button::new(name))
                     .on_hover_text("Calibrates with this response");
@@ -62,11 +58,7 @@ pub fn ui(
 fn sentence(case: &Case) -> String {
     let percent = 100.0 * case.probability;
     if case.changed {
-        let than = if case.exposure > 1.0 {
-            "brighter"
-        } else {
-            "darker"
-        };
+        let than = if case.exposure > 1.0 { "brighter" } else { "darker" };
         format!(
             "{percent:.0} %: exposure changed after the balls, {:.0} % {than}",
             100.0 * (case.exposure - 1.0).abs()

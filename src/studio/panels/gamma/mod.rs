@@ -79,9 +79,7 @@ impl GammaPanel {
         painter.vline(line, place.y_range(), Stroke::new(1.0, theme::ACCENT));
         painter.circle_filled(pos2(line, place.center().y), 5.0, theme::ACCENT);
         let caption = |at: Pos2, align: Align2, text: String| {
-            let galley = ui
-                .painter()
-                .layout_no_wrap(text, FontId::proportional(13.0), theme::TEXT);
+            let galley = ui.painter().layout_no_wrap(text, FontId::proportional(13.0), theme::TEXT);
             let text = align.anchor_size(at, galley.size());
             ui.painter().rect_filled(
                 text.expand2(vec2(6.0, 3.0)),
@@ -102,13 +100,10 @@ impl GammaPanel {
             Align2::RIGHT_TOP,
             format!("{}, relit as the interview", view.poses[view.pose]),
         );
-        if let Some(at) = response
-            .interact_pointer_pos()
-            .filter(|_| response.dragged() || response.clicked())
+        if let Some(at) =
+            response.interact_pointer_pos().filter(|_| response.dragged() || response.clicked())
         {
-            out.push(Command::View(ViewCommand::Wipe(
-                (at.x - place.left()) / place.width(),
-            )));
+            out.push(Command::View(ViewCommand::Wipe((at.x - place.left()) / place.width())));
         }
         response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
         ui.advance_cursor_after_rect(rect);
@@ -142,12 +137,7 @@ impl GammaPanel {
         }
         buttons_ui(ui, context, &view, out);
         figures_ui(ui, &view);
-        plots::histograms_ui(
-            ui,
-            width,
-            ui.available_height().clamp(90.0, 240.0) - GAP,
-            &view,
-        );
+        plots::histograms_ui(ui, width, ui.available_height().clamp(90.0, 240.0) - GAP, &view);
     }
 
     fn upload(&mut self, ui: &Ui, context: &PanelContext) {
@@ -155,22 +145,14 @@ impl GammaPanel {
             self.shown = None;
             return;
         };
-        if self
-            .shown
-            .as_ref()
-            .is_some_and(|shown| Arc::ptr_eq(&shown.view, view))
-        {
+        if self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.view, view)) {
             return;
         }
         let load = |name: &str, picture: egui::ColorImage| {
-            ui.ctx()
-                .load_texture(name, picture, egui::TextureOptions::LINEAR)
+            ui.ctx().load_texture(name, picture, egui::TextureOptions::LINEAR)
         };
         let texture = |name: &str, picture: &worker::SrgbPicture| {
-            load(
-                name,
-                egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb),
-            )
+            load(name, egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb))
         };
         // What does not depend on the trial stays while a slider moves.
         let old = self.shown.take();
@@ -180,9 +162,9 @@ impl GammaPanel {
         };
         let cases = match &old {
             Some(old) if Arc::ptr_eq(&old.view.cases, &view.cases) => old.cases.clone(),
-            _ => (view.cases.iter())
-                .map(|(_, relit)| texture("relit under a case", relit))
-                .collect(),
+            _ => {
+                (view.cases.iter()).map(|(_, relit)| texture("relit under a case", relit)).collect()
+            }
         };
         self.shown = Some(GammaTextures {
             view: view.clone(),
@@ -210,10 +192,7 @@ fn choices_ui(
             .width(84.0)
             .show_ui(ui, |ui| {
                 for pose in 0..view.poses.len() {
-                    if ui
-                        .selectable_label(pose == context.state.pose, name(pose))
-                        .clicked()
-                    {
+                    if ui.selectable_label(pose == context.state.pose, name(pose)).clicked() {
                         out.push(Command::View(ViewCommand::Pose(pose)));
                     }
                 }
@@ -230,11 +209,8 @@ fn choices_ui(
                     let off = format!("{name}: mirror-ball error {:.1} codes", 255.0 * curve.ball);
                     let is_chosen = name == wanted.response.name();
                     if ui.selectable_label(is_chosen, off).clicked() && !is_chosen {
-                        *wanted = Trial {
-                            response: curve.response,
-                            exposure: curve.exposure,
-                        }
-                        .nudged([0.0; 3]);
+                        *wanted = Trial { response: curve.response, exposure: curve.exposure }
+                            .nudged([0.0; 3]);
                     }
                 }
             });
@@ -251,35 +227,23 @@ fn sliders_ui(ui: &mut Ui, wanted: &mut Trial, out: &mut Vec<Command>) {
         Response::Power(gamma) => vec![("γ", gamma)],
         _ => vec![],
     };
-    let exponents = exponents
-        .into_iter()
-        .map(|(name, value)| (name, value, DualGamma::BOUNDS));
+    let exponents = exponents.into_iter().map(|(name, value)| (name, value, DualGamma::BOUNDS));
     let exposure = ("Exposure", &mut wanted.exposure, Trial::EXPOSURES);
-    egui::Grid::new("sliders")
-        .num_columns(3)
-        .spacing([GAP, 4.0])
-        .show(ui, |ui| {
-            for (name, value, range) in exponents.chain([exposure]) {
-                let field = computing(value)
-                    .speed(0.002)
-                    .range(range.clone())
-                    .fixed_decimals(3);
-                number_ui(ui, name, field, 72.0, out, reset);
-                ui.spacing_mut().slider_width = ui.available_width() - 4.0;
-                let slider = ui.add(egui::Slider::new(value, range).show_value(false));
-                slider.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, name));
-                ui.end_row();
-            }
-        });
+    egui::Grid::new("sliders").num_columns(3).spacing([GAP, 4.0]).show(ui, |ui| {
+        for (name, value, range) in exponents.chain([exposure]) {
+            let field = computing(value).speed(0.002).range(range.clone()).fixed_decimals(3);
+            number_ui(ui, name, field, 72.0, out, reset);
+            ui.spacing_mut().slider_width = ui.available_width() - 4.0;
+            let slider = ui.add(egui::Slider::new(value, range).show_value(false));
+            slider.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, name));
+            ui.end_row();
+        }
+    });
 }
 
 fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut Vec<Command>) {
     let idle = context.status.job.is_none();
-    let tried = context
-        .state
-        .look
-        .trial
-        .is_some_and(|trial| trial != view.calibrated);
+    let tried = context.state.look.trial.is_some_and(|trial| trial != view.calibrated);
     ui.horizontal(|ui| {
         let fit = theme::main_button(idle, "Fit");
         if ui
@@ -315,10 +279,7 @@ fn figures_ui(ui: &mut Ui, view: &GammaView) {
         }
         (response, _) => response.to_string(),
     };
-    ui.label(quiet(format!(
-        "Calibrated: {response}, exposure {:.3}",
-        view.calibrated.exposure
-    )));
+    ui.label(quiet(format!("Calibrated: {response}, exposure {:.3}", view.calibrated.exposure)));
     let others: Vec<String> = (view.curves.iter().skip(1))
         .map(|curve| format!("{} {:.1}", curve.response.name(), 255.0 * curve.ball))
         .collect();

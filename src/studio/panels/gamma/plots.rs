@@ -30,17 +30,10 @@ pub fn curve_ui(
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Response curve"));
     let painter = ui.painter();
     frame_ui(painter, rect, "encoded", "linear");
-    let place = |x: f32, y: f32| {
-        pos2(
-            rect.left() + x * rect.width(),
-            rect.bottom() - y * rect.height(),
-        )
-    };
+    let place =
+        |x: f32, y: f32| pos2(rect.left() + x * rect.width(), rect.bottom() - y * rect.height());
     let curve = |value: &dyn Fn(f32) -> f32| -> Vec<Pos2> {
-        (0..=STEPS)
-            .map(|i| i as f32 / STEPS as f32)
-            .map(|x| place(x, value(x)))
-            .collect()
+        (0..=STEPS).map(|i| i as f32 / STEPS as f32).map(|x| place(x, value(x))).collect()
     };
     let dual = match trial.response {
         Response::Dual(curve) => Some([curve.gamma1, curve.gamma2]),
@@ -48,12 +41,7 @@ pub fn curve_ui(
     };
     for gamma in dual.into_iter().flatten() {
         let points = curve(&|x| x.powf(gamma));
-        painter.extend(Shape::dashed_line(
-            &points,
-            Stroke::new(1.0, QUIET_LINE),
-            4.0,
-            3.0,
-        ));
+        painter.extend(Shape::dashed_line(&points, Stroke::new(1.0, QUIET_LINE), 4.0, 3.0));
     }
     for case in cases {
         let points = curve(&|x| case.response.decode_value(x));
@@ -63,10 +51,7 @@ pub fn curve_ui(
         let points = curve(&|x| calibrated.response.decode_value(x));
         painter.line(points, Stroke::new(1.0, theme::TEXT));
     }
-    painter.line(
-        curve(&|x| trial.response.decode_value(x)),
-        Stroke::new(2.0, theme::ACCENT),
-    );
+    painter.line(curve(&|x| trial.response.decode_value(x)), Stroke::new(2.0, theme::ACCENT));
     let what = match dual {
         Some([gamma1, gamma2]) => format!(
             "I′ = (1 − I)·I^γ1 + I·I^γ2. Near black it follows I^{gamma1:.2}, near white I^{gamma2:.2} (dashed)."
@@ -77,9 +62,8 @@ pub fn curve_ui(
         [] => "",
         _ => " Blue: the curves of both accounts of the pictures.",
     };
-    response.on_hover_text(format!(
-        "{what} White: the calibrated curve, if another is tried.{open}"
-    ));
+    response
+        .on_hover_text(format!("{what} White: the calibrated curve, if another is tried.{open}"));
 }
 
 /// The fit's cost over γ1 (to the right) and γ2 (upward). Returns γ1 and γ2 where it was clicked or dragged.
@@ -98,21 +82,11 @@ pub fn surface_ui(
     let range = *DualGamma::BOUNDS.start()..=*DualGamma::BOUNDS.end();
     let span = range.end() - range.start();
     let place = |[gamma1, gamma2]: [f32; 2]| {
-        let (x, y) = (
-            (gamma1 - range.start()) / span,
-            (gamma2 - range.start()) / span,
-        );
-        pos2(
-            rect.left() + x * rect.width(),
-            rect.bottom() - y * rect.height(),
-        )
+        let (x, y) = ((gamma1 - range.start()) / span, (gamma2 - range.start()) / span);
+        pos2(rect.left() + x * rect.width(), rect.bottom() - y * rect.height())
     };
     let [gamma1, gamma2, _] = view.surface.optimum;
-    painter.circle_stroke(
-        place([gamma1, gamma2]),
-        4.0,
-        Stroke::new(1.5, Color32::WHITE),
-    );
+    painter.circle_stroke(place([gamma1, gamma2]), 4.0, Stroke::new(1.5, Color32::WHITE));
     if let Some(at) = view.trial.response.exponents().map(place) {
         for direction in [vec2(1.0, 0.0), vec2(0.0, 1.0)] {
             painter.line_segment(
@@ -122,16 +96,10 @@ pub fn surface_ui(
         }
     }
     let touched = response.dragged() || response.clicked();
-    let to = response
-        .interact_pointer_pos()
-        .filter(|_| touched)
-        .map(|at| {
-            let (x, y) = (
-                (at.x - rect.left()) / rect.width(),
-                (rect.bottom() - at.y) / rect.height(),
-            );
-            [x, y].map(|v| range.start() + v.clamp(0.0, 1.0) * span)
-        });
+    let to = response.interact_pointer_pos().filter(|_| touched).map(|at| {
+        let (x, y) = ((at.x - rect.left()) / rect.width(), (rect.bottom() - at.y) / rect.height());
+        [x, y].map(|v| range.start() + v.clamp(0.0, 1.0) * span)
+    });
     response.on_hover_text("Error of each pair of exponents, dark is small. Ring: best fit. Cross: the tried pair; drag it.");
     to
 }
@@ -169,21 +137,14 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
         );
         let painter = ui.painter();
         painter.rect_filled(band, 0.0, theme::WELL);
-        let sets = [
-            &view.interview_histogram,
-            &view.before_histogram,
-            &view.relit_histogram,
-        ];
+        let sets = [&view.interview_histogram, &view.before_histogram, &view.relit_histogram];
         let shares = sets.map(|set| smooth(&set[channel]));
         // Clipped codes do not set the scale: they would flatten everything else.
         let inner = shares.iter().flat_map(|share| &share[2..254]);
         let most = inner.copied().fold(1e-6, f32::max);
         let place = |code: usize, share: f32| {
             let y = (share / most).min(1.0) * (band.height() - 2.0);
-            pos2(
-                band.left() + (code as f32 + 0.5) / 256.0 * band.width(),
-                band.bottom() - y,
-            )
+            pos2(band.left() + (code as f32 + 0.5) / 256.0 * band.width(), band.bottom() - y)
         };
         let [interview, before, after] = shares;
         for (code, share) in interview.iter().enumerate() {
@@ -192,14 +153,8 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
             painter.line_segment([pos2(to.x, band.bottom()), to], stroke);
         }
         let line = |shares: &[f32], stroke: Stroke| {
-            painter.line(
-                shares
-                    .iter()
-                    .enumerate()
-                    .map(|(code, s)| place(code, *s))
-                    .collect(),
-                stroke,
-            );
+            painter
+                .line(shares.iter().enumerate().map(|(code, s)| place(code, *s)).collect(), stroke);
         };
         line(&before, Stroke::new(1.0, QUIET_LINE));
         line(&after, Stroke::new(1.5, color));
@@ -229,11 +184,7 @@ fn frame_ui(painter: &Painter, rect: Rect, to_right: &str, upward: &str) {
     painter.rect_stroke(rect, 0.0, stroke, egui::StrokeKind::Inside);
     let font = || FontId::proportional(11.0);
     // The surface is light at its corners.
-    let color = if to_right == "encoded" {
-        theme::QUIET
-    } else {
-        Color32::from_gray(40)
-    };
+    let color = if to_right == "encoded" { theme::QUIET } else { Color32::from_gray(40) };
     painter.text(
         rect.right_bottom() - vec2(4.0, 3.0),
         Align2::RIGHT_BOTTOM,
@@ -241,11 +192,5 @@ fn frame_ui(painter: &Painter, rect: Rect, to_right: &str, upward: &str) {
         font(),
         color,
     );
-    painter.text(
-        rect.left_top() + vec2(4.0, 3.0),
-        Align2::LEFT_TOP,
-        upward,
-        font(),
-        color,
-    );
+    painter.text(rect.left_top() + vec2(4.0, 3.0), Align2::LEFT_TOP, upward, font(), color);
 }

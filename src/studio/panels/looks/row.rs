@@ -76,12 +76,7 @@ impl LooksPanel {
             Shelf::Project => name.to_owned(),
             Shelf::Person => format!("{name}, all projects"),
         };
-        let text = RowText {
-            called: &called,
-            name,
-            below: &below,
-            chosen,
-        };
+        let text = RowText { called: &called, name, below: &below, chosen };
         let (place, row) = row_ui(ui, LOOK, newest, &text, MORE, &mut self.thumbnails);
         if row.clicked() && !chosen {
             out.push(Command::Looks(LooksCommand::Apply(id.clone(), None)));
@@ -138,9 +133,7 @@ impl LooksPanel {
         out: &mut Vec<Command>,
     ) {
         let icon = RichText::new(icons::MORE).size(16.0);
-        let button = Button::new(icon)
-            .min_size(Vec2::splat(MORE))
-            .frame_when_inactive(false);
+        let button = Button::new(icon).min_size(Vec2::splat(MORE)).frame_when_inactive(false);
         let menu = MenuButton::from_button(button).ui(ui, |ui| {
             let can_write = id.shelf == Shelf::Person || context.read_only.is_none();
             let mut entry = |ui: &mut Ui, enabled: bool, words: &str, does: LooksCommand| {
@@ -149,31 +142,14 @@ impl LooksPanel {
                 }
             };
             let update = LooksCommand::Update(id.clone());
-            entry(
-                ui,
-                can_write && !chosen,
-                "Update with the current look",
-                update,
-            );
+            entry(ui, can_write && !chosen, "Update with the current look", update);
             if ui.add_enabled(can_write, Button::new("Rename…")).clicked() {
-                self.renaming = Some(Renaming {
-                    of: id.clone(),
-                    typed: id.name.to_string(),
-                    begun: false,
-                });
+                self.renaming =
+                    Some(Renaming { of: id.clone(), typed: id.name.to_string(), begun: false });
             }
-            entry(
-                ui,
-                can_write,
-                "Duplicate",
-                LooksCommand::Duplicate(id.clone()),
-            );
+            entry(ui, can_write, "Duplicate", LooksCommand::Duplicate(id.clone()));
             let is_open = self.open.contains(id);
-            let words = if is_open {
-                "Hide versions"
-            } else {
-                "Show versions"
-            };
+            let words = if is_open { "Hide versions" } else { "Show versions" };
             if ui.button(words).clicked() {
                 match is_open {
                     true => self.open.remove(id),
@@ -256,19 +232,9 @@ fn row_ui(
     }
     let left = picture.right() + GAP;
     let width = (rect.right() - beside - left).max(1.0);
-    let color = if text.chosen {
-        Color32::WHITE
-    } else {
-        theme::TEXT
-    };
+    let color = if text.chosen { Color32::WHITE } else { theme::TEXT };
     let name = line(&painter, text.name, 14.0, color, width);
-    let below = line(
-        &painter,
-        text.below,
-        12.0,
-        theme::QUIET,
-        rect.right() - left,
-    );
+    let below = line(&painter, text.below, 12.0, theme::QUIET, rect.right() - left);
     let top = rect.center().y - 0.5 * (name.size().y + below.size().y);
     let at = pos2(left, top);
     let under = at + vec2(0.0, name.size().y);

@@ -48,8 +48,7 @@ impl ProbePanel {
             Some(shown) => {
                 let marks = marks(&shown.study, context.state.photograph);
                 let (study, picture) = (shown.study.clone(), shown.picture.id());
-                self.photograph
-                    .ui(ui, context, &study, picture, &marks, out);
+                self.photograph.ui(ui, context, &study, picture, &marks, out);
             }
             None => super::notice_ui(ui, |ui| match context.probe {
                 Some(Err(sentence)) => {
@@ -169,17 +168,12 @@ impl ProbePanel {
             self.shown = None;
             return;
         };
-        if self
-            .shown
-            .as_ref()
-            .is_some_and(|shown| Arc::ptr_eq(&shown.study, study))
-        {
+        if self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.study, study)) {
             return;
         }
         let texture = |name: &str, picture: &worker::SrgbPicture| {
             let picture = egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
-            ui.ctx()
-                .load_texture(name, picture, egui::TextureOptions::LINEAR)
+            ui.ctx().load_texture(name, picture, egui::TextureOptions::LINEAR)
         };
         self.shown = Some(ProbeTextures {
             study: study.clone(),
@@ -219,10 +213,8 @@ fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &
                 }
             });
         list.response.labelled_by(label.id);
-        for (text, step, hint) in [
-            ("Previous", -1, "Key: Page Up"),
-            ("Next", 1, "Key: Page Down"),
-        ] {
+        for (text, step, hint) in [("Previous", -1, "Key: Page Up"), ("Next", 1, "Key: Page Down")]
+        {
             if ui.button(text).on_hover_text(hint).clicked() {
                 out.push(Command::View(ViewCommand::StepPhotograph(step)));
             }
@@ -234,11 +226,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
     ui.spacing_mut().interact_size.y = 0.0;
     let rim = match (&study.rim, context.state.look.circle) {
         (Ok(rim), _) if rim.rim_share > 0.0 => {
-            format!(
-                "{:.2} px, {:.0} % visible",
-                rim.residual_px,
-                100.0 * rim.rim_share
-            )
+            format!("{:.2} px, {:.0} % visible", rim.residual_px, 100.0 * rim.rim_share)
         }
         (Ok(_), _) => "No rim found".to_owned(),
         (Err(_), _) => "Not measured".to_owned(),
@@ -264,25 +252,16 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
             format!("{:.1} % of the light", 100.0 * study.filled_share),
             "Light filled in behind the ball",
         ),
-        (
-            "Lamps",
-            study.lamps.len().to_string(),
-            "Numbered in the order of their files",
-        ),
+        ("Lamps", study.lamps.len().to_string(), "Numbered in the order of their files"),
     ];
-    egui::Grid::new("figures")
-        .num_columns(1)
-        .spacing([GAP, 1.0])
-        .show(ui, |ui| {
-            for (name, value, hint) in rows {
-                ui.label(RichText::new(name).size(12.0).color(theme::QUIET))
-                    .on_hover_text(hint);
-                ui.end_row();
-                ui.label(RichText::new(value).size(13.0))
-                    .on_hover_text(hint);
-                ui.end_row();
-            }
-        });
+    egui::Grid::new("figures").num_columns(1).spacing([GAP, 1.0]).show(ui, |ui| {
+        for (name, value, hint) in rows {
+            ui.label(RichText::new(name).size(12.0).color(theme::QUIET)).on_hover_text(hint);
+            ui.end_row();
+            ui.label(RichText::new(value).size(13.0)).on_hover_text(hint);
+            ui.end_row();
+        }
+    });
 }
 
 /// Problems found with the lamps.
@@ -306,28 +285,15 @@ fn findings_ui(ui: &mut Ui, study: &ProbeView) {
 /// The lamps as a table. Returns the clicked one's number.
 fn lamps_ui(ui: &mut Ui, study: &ProbeView, chosen: Option<usize>) -> Option<usize> {
     let mut hit = None;
-    row_ui(
-        ui,
-        ["Lamp", "Azimuth", "Elevation", "Energy", "Confidence"],
-        false,
-        theme::QUIET,
-    );
-    let brightest = (study.lamps.iter())
-        .map(luminance)
-        .fold(f32::MIN_POSITIVE, f32::max);
+    row_ui(ui, ["Lamp", "Azimuth", "Elevation", "Energy", "Confidence"], false, theme::QUIET);
+    let brightest = (study.lamps.iter()).map(luminance).fold(f32::MIN_POSITIVE, f32::max);
     egui::ScrollArea::vertical().auto_shrink(false).show_rows(
         ui,
         ROW,
         study.lamps.len(),
         |ui, rows| {
             ui.spacing_mut().item_spacing.y = 0.0;
-            for (number, seen) in study
-                .lamps
-                .iter()
-                .enumerate()
-                .skip(rows.start)
-                .take(rows.len())
-            {
+            for (number, seen) in study.lamps.iter().enumerate().skip(rows.start).take(rows.len()) {
                 let lamp = &seen.lamp;
                 let direction = lamp.direction;
                 let cells = [
@@ -337,17 +303,9 @@ fn lamps_ui(ui: &mut Ui, study: &ProbeView, chosen: Option<usize>) -> Option<usi
                     format!("{:.1} %", 100.0 * luminance(seen) / brightest),
                     format!("{:.0} %", 100.0 * lamp.confidence),
                 ];
-                let color = if lamp.confidence < 0.5 {
-                    theme::WARNING
-                } else {
-                    theme::TEXT
-                };
-                let response = row_ui(
-                    ui,
-                    cells.each_ref().map(String::as_str),
-                    chosen == Some(number),
-                    color,
-                );
+                let color = if lamp.confidence < 0.5 { theme::WARNING } else { theme::TEXT };
+                let response =
+                    row_ui(ui, cells.each_ref().map(String::as_str), chosen == Some(number), color);
                 let hint = format!(
                     "energy {:.3?} in red, green and blue; spread {:.1}°",
                     lamp.energy, lamp.spread_deg
@@ -370,8 +328,7 @@ fn row_ui(ui: &mut Ui, cells: [&str; 5], chosen: bool, color: Color32) -> egui::
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, cells[0]));
     if chosen || response.hovered() {
         let gray = if chosen { 68 } else { 52 };
-        ui.painter()
-            .rect_filled(rect, 2.0, Color32::from_gray(gray));
+        ui.painter().rect_filled(rect, 2.0, Color32::from_gray(gray));
     }
     let mut left = rect.left() + 4.0;
     for (i, cell) in cells.into_iter().enumerate() {

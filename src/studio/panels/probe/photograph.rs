@@ -96,11 +96,7 @@ impl Photograph {
             }
         }
         let circle = context.state.look.circle.unwrap_or(study.circle);
-        let response = ui.interact(
-            rect,
-            ui.scope_id().with("photograph"),
-            Sense::click_and_drag(),
-        );
+        let response = ui.interact(rect, ui.scope_id().with("photograph"), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Mirror ball"));
         self.gestures(ui, &response, rect, placement, circle, out);
         let places: Vec<Pos2> = (study.lamps.iter())
@@ -155,11 +151,9 @@ impl Photograph {
                 }
             }
         }
-        if let (Some(points), true, Some(at)) = (
-            &mut self.points,
-            response.clicked(),
-            response.interact_pointer_pos(),
-        ) {
+        if let (Some(points), true, Some(at)) =
+            (&mut self.points, response.clicked(), response.interact_pointer_pos())
+        {
             points.push(placement.pixel(at));
             if let [a, b, c] = points[..] {
                 match Circle::through([a, b, c]) {
@@ -179,15 +173,9 @@ impl Photograph {
             out.push(Command::View(ViewCommand::Pan(moved.into())));
         }
         if response.dragged_by(PointerButton::Primary) {
-            let fine = if ui.input(|i| i.modifiers.shift) {
-                0.1
-            } else {
-                1.0
-            };
+            let fine = if ui.input(|i| i.modifiers.shift) { 0.1 } else { 1.0 };
             // A drag is recognised only after some points, which count too.
-            let whole = response
-                .total_drag_delta()
-                .filter(|_| response.drag_started());
+            let whole = response.total_drag_delta().filter(|_| response.drag_started());
             let delta = whole.unwrap_or(moved);
             let pixels = |points: f32| f64::from(fine * points / placement.points_per_pixel);
             match self.dragged {
@@ -284,10 +272,7 @@ fn grip(placement: Placement, circle: Circle, at: Pos2) -> DragTarget {
 }
 
 fn circle_ui(painter: &egui::Painter, placement: Placement, circle: Circle) {
-    let (center, radius) = (
-        placement.point(circle.center_px),
-        placement.length(circle.radius_px),
-    );
+    let (center, radius) = (placement.point(circle.center_px), placement.length(circle.radius_px));
     let stroke = Stroke::new(1.5, theme::ACCENT);
     painter.circle_stroke(center, radius, stroke);
     for direction in [vec2(1.0, 0.0), vec2(0.0, 1.0)] {

@@ -22,9 +22,7 @@ pub fn recent_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.strong("Recent");
     let open = context.project.map(|project| &project.root);
     let others = context.recents.list().iter();
-    let others: Vec<&Recent> = others
-        .filter(|recent| Some(&recent.folder) != open)
-        .collect();
+    let others: Vec<&Recent> = others.filter(|recent| Some(&recent.folder) != open).collect();
     if others.is_empty() {
         quiet_ui(ui, "No recent projects");
     }
@@ -70,11 +68,7 @@ fn card_ui(
 /// The first frame, or a neutral box; returns whether the project is to be opened.
 fn thumbnail_ui(ui: &mut Ui, context: &PanelContext, recent: &Recent, width: f32) -> bool {
     let can_open = recent.trouble.is_none();
-    let sense = if can_open {
-        Sense::click()
-    } else {
-        Sense::hover()
-    };
+    let sense = if can_open { Sense::click() } else { Sense::hover() };
     let size = vec2(width, (SHAPE * width).round());
     let (rect, response) = ui.allocate_exact_size(size, sense);
     let name = format!("First frame of {}", recent.name);

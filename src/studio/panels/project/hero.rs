@@ -23,10 +23,7 @@ pub struct Hero {
 impl Hero {
     /// Draws it over the whole width, about so high.
     pub fn ui(&mut self, ui: &mut Ui, height: f32) {
-        let size = vec2(
-            ui.available_width(),
-            height.clamp(*HEIGHT.start(), *HEIGHT.end()),
-        );
+        let size = vec2(ui.available_width(), height.clamp(*HEIGHT.start(), *HEIGHT.end()));
         let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
         response.widget_info(|| {
             WidgetInfo::labeled(Role::Image, true, "A frame of the demo under four lights")

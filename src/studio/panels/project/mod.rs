@@ -25,10 +25,7 @@ pub struct ProjectPanel {
 
 impl Default for ProjectPanel {
     fn default() -> Self {
-        Self {
-            demo: "~/afterlight-demo".to_owned(),
-            hero: Hero::default(),
-        }
+        Self { demo: "~/afterlight-demo".to_owned(), hero: Hero::default() }
     }
 }
 
@@ -86,16 +83,8 @@ impl ProjectPanel {
         ui.add_space(GAP);
         ui.horizontal(|ui| {
             for (icon, words, command) in [
-                (
-                    icons::ADD,
-                    "New project…",
-                    Command::Project(ProjectCommand::New(None)),
-                ),
-                (
-                    icons::FOLDER,
-                    "Open project…",
-                    Command::Dialog(Dialog::Project),
-                ),
+                (icons::ADD, "New project…", Command::Project(ProjectCommand::New(None))),
+                (icons::FOLDER, "Open project…", Command::Dialog(Dialog::Project)),
             ] {
                 let main = icon == icons::ADD && context.project.is_none();
                 let button = match main {

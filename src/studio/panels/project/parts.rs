@@ -33,20 +33,18 @@ pub fn parts_ui(
         false => Stroke::NONE,
     };
     let well = egui::Frame::new().fill(theme::WELL).stroke(edge);
-    well.corner_radius(4)
-        .inner_margin(1.5 * GAP)
-        .show(ui, |ui| {
-            ui.set_width(ui.available_width());
-            let mut rows = Vec::new();
-            for slot in Slot::ALL {
-                let row = ui.scope(|ui| kind_ui(ui, context, slot, changed, out));
-                rows.push((slot, row.response.rect));
-                ui.add_space(0.5 * GAP);
-                ui.separator();
-            }
-            unknown_ui(ui, context, changed);
-            land(ui, plan, changed, &rows);
-        });
+    well.corner_radius(4).inner_margin(1.5 * GAP).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        let mut rows = Vec::new();
+        for slot in Slot::ALL {
+            let row = ui.scope(|ui| kind_ui(ui, context, slot, changed, out));
+            rows.push((slot, row.response.rect));
+            ui.add_space(0.5 * GAP);
+            ui.separator();
+        }
+        unknown_ui(ui, context, changed);
+        land(ui, plan, changed, &rows);
+    });
 }
 
 /// How long after a drop the pointer's next move is taken for where it was dropped.
@@ -103,11 +101,7 @@ fn kind_ui(
             ui.set_width(ui.available_width());
             let parts = context.wizard.gathered();
             let mut any = false;
-            for one in context
-                .wizard
-                .brought()
-                .filter(|one| one.slot() == Some(slot))
-            {
+            for one in context.wizard.brought().filter(|one| one.slot() == Some(slot)) {
                 any = true;
                 let is_this = |(_, part): &(Slot, &Candidate)| part.path == one.part.path;
                 let misfit = parts.iter().position(is_this);
@@ -133,10 +127,7 @@ fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
         brought_ui(ui, one, reason, changed);
     }
     if !any {
-        quiet_ui(
-            ui,
-            "Drop movies and folders here, one by one or all at once",
-        );
+        quiet_ui(ui, "Drop movies and folders here, one by one or all at once");
     }
 }
 

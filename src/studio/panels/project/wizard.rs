@@ -20,22 +20,13 @@ const NAMES: f32 = 110.0;
 /// The page.
 pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<Command>) {
     let mut changed = plan.clone();
-    let gathered = plan
-        .is_gathered()
-        .then(|| context.wizard.gathered_scan())
-        .flatten();
+    let gathered = plan.is_gathered().then(|| context.wizard.gathered_scan()).flatten();
     let scan = context.wizard.scan();
     ui.heading("New project");
     ui.add_space(GAP);
     row_ui(ui, "Shoot", |ui, name| {
         let hint = "The folder with manifest.json, interview, exemplars and probes; it can be dropped here";
-        if path_ui(
-            ui,
-            name,
-            &mut changed.shoot,
-            hint,
-            "Choose the shoot's folder",
-        ) {
+        if path_ui(ui, name, &mut changed.shoot, hint, "Choose the shoot's folder") {
             out.push(Command::Dialog(Dialog::Shoot));
         }
     });
@@ -68,10 +59,7 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
             forget(ui);
             out.push(Command::Project(ProjectCommand::Make));
         }
-        if ui
-            .add(Button::new("Cancel").min_size(vec2(84.0, 28.0)))
-            .clicked()
-        {
+        if ui.add(Button::new("Cancel").min_size(vec2(84.0, 28.0))).clicked() {
             forget(ui);
             out.push(Command::Project(ProjectCommand::Plan(None)));
         }
@@ -80,9 +68,7 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
         }
     });
     if changed != *plan {
-        out.push(Command::Project(ProjectCommand::Plan(Some(Box::new(
-            changed,
-        )))));
+        out.push(Command::Project(ProjectCommand::Plan(Some(Box::new(changed)))));
     }
 }
 
@@ -102,9 +88,7 @@ fn row_ui(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui, Id)) {
 /// A path to type, with a button for a dialog; returns whether the button was clicked.
 fn path_ui(ui: &mut Ui, name: Id, path: &mut String, hint: &str, choose: &str) -> bool {
     let width = ui.available_width() - 96.0;
-    let field = TextEdit::singleline(path)
-        .desired_width(width)
-        .hint_text(hint);
+    let field = TextEdit::singleline(path).desired_width(width).hint_text(hint);
     ui.add(field).labelled_by(name);
     let button = ui.button("Choose…");
     button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, choose));
@@ -113,24 +97,19 @@ fn path_ui(ui: &mut Ui, name: Id, path: &mut String, hint: &str, choose: &str) -
 
 /// What the folder contains, one line for each part.
 fn found_ui(ui: &mut Ui, scan: &Scan) {
-    egui::Frame::new()
-        .fill(theme::WELL)
-        .corner_radius(4)
-        .inner_margin(1.5 * GAP)
-        .show(ui, |ui| {
-            ui.set_width(ui.available_width());
-            ui.spacing_mut().interact_size.y = 18.0;
-            Grid::new("found")
-                .num_columns(3)
-                .min_col_width(16.0)
-                .spacing([1.5 * GAP, 5.0])
-                .show(ui, |ui| {
-                    for line in &scan.lines {
-                        line_ui(ui, line);
-                        ui.end_row();
-                    }
-                });
-        });
+    egui::Frame::new().fill(theme::WELL).corner_radius(4).inner_margin(1.5 * GAP).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        ui.spacing_mut().interact_size.y = 18.0;
+        Grid::new("found").num_columns(3).min_col_width(16.0).spacing([1.5 * GAP, 5.0]).show(
+            ui,
+            |ui| {
+                for line in &scan.lines {
+                    line_ui(ui, line);
+                    ui.end_row();
+                }
+            },
+        );
+    });
 }
 
 fn line_ui(ui: &mut Ui, line: &Line) {
@@ -175,10 +154,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
     row_ui(ui, "Lamps", |ui, name| {
         let half = scan.lamps.div_ceil(2).max(1);
         let mut all = plan.lamps.is_none();
-        if ui
-            .checkbox(&mut all, format!("All {}", scan.lamps))
-            .changed()
-        {
+        if ui.checkbox(&mut all, format!("All {}", scan.lamps)).changed() {
             changed.lamps = (!all).then_some(half);
         }
         if let Some(count) = &mut changed.lamps {
@@ -191,24 +167,14 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
         }
     });
     row_ui(ui, "Name", |ui, name| {
-        let field = TextEdit::singleline(&mut changed.name)
-            .hint_text(&scan.name)
-            .desired_width(240.0);
+        let field =
+            TextEdit::singleline(&mut changed.name).hint_text(&scan.name).desired_width(240.0);
         ui.add(field).labelled_by(name);
     });
     row_ui(ui, "Folder", |ui, name| {
-        let beside = Plan {
-            folder: String::new(),
-            ..plan.clone()
-        };
+        let beside = Plan { folder: String::new(), ..plan.clone() };
         let hint = shown(&beside.root().unwrap_or_default());
-        if path_ui(
-            ui,
-            name,
-            &mut changed.folder,
-            &hint,
-            "Choose the project's folder",
-        ) {
+        if path_ui(ui, name, &mut changed.folder, &hint, "Choose the project's folder") {
             out.push(Command::Dialog(Dialog::ProjectFolder));
         }
     });

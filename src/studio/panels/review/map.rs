@@ -51,9 +51,7 @@ impl MapUi<'_> {
                         && place.y < rows as f32;
                     inside.then_some((place.y as usize, place.x as usize))
                 };
-                let pressed = response
-                    .interact_pointer_pos()
-                    .filter(|_| response.clicked());
+                let pressed = response.interact_pointer_pos().filter(|_| response.clicked());
                 let under = response.hover_pos().and_then(cell);
                 if let Some(cell) = under {
                     response.on_hover_text_at_pointer(self.says(cell));
@@ -67,11 +65,7 @@ impl MapUi<'_> {
         let (case, name) = (&self.review.cases[case], &self.review.lamps[lamp]);
         let figures =
             Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.of(&case.cells[lamp]))));
-        let seen = if case.seen {
-            "seen in training"
-        } else {
-            "not seen in training"
-        };
+        let seen = if case.seen { "seen in training" } else { "not seen in training" };
         let mut text = format!("{}, {name}, {seen}\n{}", case.name, figures.join("  "));
         if let Some(marked) = self.marks.of(&case.name, name) {
             let mark = marked.mark.map_or("", |m| m.name());
@@ -89,13 +83,7 @@ impl MapUi<'_> {
                 (false, false) => theme::TEXT,
             };
             let at = pos2(left, origin.y + (row as f32 + 0.5) * ROW);
-            painter.text(
-                at,
-                Align2::LEFT_CENTER,
-                &case.name,
-                FontId::proportional(12.0),
-                color,
-            );
+            painter.text(at, Align2::LEFT_CENTER, &case.name, FontId::proportional(12.0), color);
         }
     }
 
@@ -109,11 +97,8 @@ impl MapUi<'_> {
                 pos2(left, origin.y - 3.0 - height),
                 pos2(left + column - gap(column), origin.y - 3.0),
             );
-            let color = if self.solo.contains(&lamp) {
-                theme::ACCENT
-            } else {
-                Color32::from_gray(128)
-            };
+            let color =
+                if self.solo.contains(&lamp) { theme::ACCENT } else { Color32::from_gray(128) };
             painter.rect_filled(bar, 0.0, color);
         }
     }
@@ -139,12 +124,7 @@ impl MapUi<'_> {
         }
         if let Some((case, lamp)) = self.chosen {
             let around = place(case, lamp).expand(1.0);
-            painter.rect_stroke(
-                around,
-                1.0,
-                Stroke::new(2.0, theme::ACCENT),
-                StrokeKind::Outside,
-            );
+            painter.rect_stroke(around, 1.0, Stroke::new(2.0, theme::ACCENT), StrokeKind::Outside);
         }
     }
 }

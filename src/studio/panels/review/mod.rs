@@ -85,12 +85,7 @@ impl ReviewPanel {
         ui.add_space(GAP);
         match chosen {
             Some(cell) => {
-                let ui_of_chosen = ChosenUi {
-                    review,
-                    cell,
-                    marks: &context.review.marks,
-                    metric,
-                };
+                let ui_of_chosen = ChosenUi { review, cell, marks: &context.review.marks, metric };
                 ui_of_chosen.ui(ui, out);
             }
             None => chosen::next_ui(ui, out),
@@ -162,43 +157,18 @@ fn buttons_ui(
                 false => Button::new(text),
             };
             let response = ui.add_enabled(able, button);
-            if response
-                .on_hover_text(hint)
-                .on_disabled_hover_text(why)
-                .clicked()
-            {
+            if response.on_hover_text(hint).on_disabled_hover_text(why).clicked() {
                 out.push(command);
             }
         };
     ui.horizontal_wrapped(|ui| {
         let hint = "Compares every prediction with its photograph or truth";
-        button(
-            ui,
-            "Measure",
-            true,
-            able,
-            hint,
-            Command::Review(ReviewCommand::Measure(None)),
-        );
+        button(ui, "Measure", true, able, hint, Command::Review(ReviewCommand::Measure(None)));
         let hint = "Measures against another folder that contains truth/";
-        button(
-            ui,
-            "Truth…",
-            false,
-            able,
-            hint,
-            Command::Dialog(Dialog::Truth),
-        );
+        button(ui, "Truth…", false, able, hint, Command::Dialog(Dialog::Truth));
         if kept.is_some_and(|kept| kept.review.is_some()) {
             let hint = "A web page with figures, pictures and notes";
-            button(
-                ui,
-                "Report…",
-                false,
-                able,
-                hint,
-                Command::Dialog(Dialog::ReportPage),
-            );
+            button(ui, "Report…", false, able, hint, Command::Dialog(Dialog::ReportPage));
         }
     });
 }

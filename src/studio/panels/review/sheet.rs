@@ -69,14 +69,11 @@ impl LampSheetPanel {
         let lamps = &relit.rig.lamps;
         let directions: Vec<Vec3> = lamps.iter().map(|lamp| lamp.direction).collect();
         let placed = place_by_direction(&directions, area.width(), area.height());
-        let frame = context
-            .project
-            .and_then(|p| p.settings.shoot.frames.get(sheet.frame));
+        let frame = context.project.and_then(|p| p.settings.shoot.frames.get(sheet.frame));
         for (number, (lamp, [x, y])) in lamps.iter().zip(&placed.corners).enumerate() {
             let corner = area.min + vec2(*x, *y);
-            let marked = frame
-                .as_deref()
-                .and_then(|frame| context.review.marks.of(frame, &lamp.name));
+            let marked =
+                frame.as_deref().and_then(|frame| context.review.marks.of(frame, &lamp.name));
             let picture = LampPicture {
                 number,
                 lamp,
@@ -118,18 +115,12 @@ fn title_ui(
     ui.horizontal(|ui| {
         ui.label(match solo {
             [] => format!("Frame {frame} under every lamp"),
-            [lamp] => format!(
-                "Frame {frame}: {}",
-                lamps[(*lamp).min(lamps.len() - 1)].name
-            ),
+            [lamp] => format!("Frame {frame}: {}", lamps[(*lamp).min(lamps.len() - 1)].name),
             more => format!("Frame {frame}: {} lamps", more.len()),
         });
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let back = ui.add_enabled(!solo.is_empty(), Button::new("All lamps"));
-            if back
-                .on_hover_text("Shows the picture under the environment again")
-                .clicked()
-            {
+            if back.on_hover_text("Shows the picture under the environment again").clicked() {
                 out.push(Command::View(ViewCommand::Solo(None)));
             }
         });
@@ -152,11 +143,7 @@ impl LampPicture<'_> {
         response.widget_info(|| {
             egui::WidgetInfo::selected(egui::Role::Button, true, self.chosen, &self.lamp.name)
         });
-        self.paint(
-            ui.painter(),
-            atlas,
-            response.hovered() || response.has_focus(),
-        );
+        self.paint(ui.painter(), atlas, response.hovered() || response.has_focus());
         response.on_hover_ui(|ui| {
             ui.label(self.hint());
         })
@@ -224,20 +211,14 @@ impl Atlas {
             }
         }
         let picture = ColorImage::new([stride, rows * height], pixels);
-        Self {
-            texture: ctx.load_texture("lamps", picture, TextureOptions::LINEAR),
-            columns,
-            rows,
-        }
+        Self { texture: ctx.load_texture("lamps", picture, TextureOptions::LINEAR), columns, rows }
     }
 
     /// The texture coordinates of a picture.
     fn place(&self, number: usize) -> Rect {
         let cell = vec2(1.0 / self.columns as f32, 1.0 / self.rows as f32);
-        let corner = pos2(
-            (number % self.columns) as f32 * cell.x,
-            (number / self.columns) as f32 * cell.y,
-        );
+        let corner =
+            pos2((number % self.columns) as f32 * cell.x, (number / self.columns) as f32 * cell.y);
         Rect::from_min_size(corner, cell)
     }
 }

@@ -27,42 +27,37 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
     let step = WIDTH + BETWEEN;
     let size = vec2(step * cases.len() as f32, HEIGHT + 2.0 * LINE);
     let mut thumbnails = Vec::new();
-    ScrollArea::horizontal()
-        .id_salt("measured cases")
-        .show_viewport(ui, |ui, visible| {
-            let (strip, _) = ui.allocate_exact_size(size, Sense::hover());
-            let first = (visible.left() / step).max(0.0) as usize;
-            let count = (visible.width() / step).max(0.0) as usize + 2;
-            for (place, &(index, mean)) in cases.iter().enumerate().skip(first).take(count) {
-                let Some(case) = review.cases.get(index) else {
-                    continue;
-                };
-                let lamp = review.worst_lamp(metric, index);
-                // A pose has no light but its lamps: the one that a click leads to shows it.
-                let thumbnail = match case.case {
-                    Case::Frame(frame) => Thumbnail::Frame(frame),
-                    Case::Pose(pose) => Thumbnail::Olat {
-                        pose,
-                        lamp: lamp.unwrap_or(0),
-                    },
-                };
-                thumbnails.push(thumbnail);
-                let corner = strip.min + vec2(place as f32 * step, 0.0);
-                let item = CaseItem {
-                    case,
-                    thumbnail,
-                    figure: format!("{} {}", metric.name(), metric.text(mean)),
-                    rect: Rect::from_min_size(corner, vec2(WIDTH, size.y)),
-                    chosen: context.state.chosen.is_some_and(|(case, _)| case == index),
-                };
-                let worst = lamp.and_then(|lamp| review.lamps.get(lamp));
-                if item.ui(ui, context, worst.map_or("", |name| name))
-                    && let Some(lamp) = lamp
-                {
-                    out.push(Command::Review(ReviewCommand::Choose((index, lamp))));
-                }
+    ScrollArea::horizontal().id_salt("measured cases").show_viewport(ui, |ui, visible| {
+        let (strip, _) = ui.allocate_exact_size(size, Sense::hover());
+        let first = (visible.left() / step).max(0.0) as usize;
+        let count = (visible.width() / step).max(0.0) as usize + 2;
+        for (place, &(index, mean)) in cases.iter().enumerate().skip(first).take(count) {
+            let Some(case) = review.cases.get(index) else {
+                continue;
+            };
+            let lamp = review.worst_lamp(metric, index);
+            // A pose has no light but its lamps: the one that a click leads to shows it.
+            let thumbnail = match case.case {
+                Case::Frame(frame) => Thumbnail::Frame(frame),
+                Case::Pose(pose) => Thumbnail::Olat { pose, lamp: lamp.unwrap_or(0) },
+            };
+            thumbnails.push(thumbnail);
+            let corner = strip.min + vec2(place as f32 * step, 0.0);
+            let item = CaseItem {
+                case,
+                thumbnail,
+                figure: format!("{} {}", metric.name(), metric.text(mean)),
+                rect: Rect::from_min_size(corner, vec2(WIDTH, size.y)),
+                chosen: context.state.chosen.is_some_and(|(case, _)| case == index),
+            };
+            let worst = lamp.and_then(|lamp| review.lamps.get(lamp));
+            if item.ui(ui, context, worst.map_or("", |name| name))
+                && let Some(lamp) = lamp
+            {
+                out.push(Command::Review(ReviewCommand::Choose((index, lamp))));
             }
-        });
+        }
+    });
     if thumbnails != context.footage.wanted(Pane::Review) {
         let wanted = ProjectCommand::Thumbnails(Pane::Review, thumbnails);
         out.push(Command::Project(wanted));

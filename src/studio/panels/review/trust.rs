@@ -58,16 +58,10 @@ fn report_ui(
     out: &mut Vec<Command>,
 ) {
     let unlike = report.unlike();
-    let share = format!(
-        "{} of {}",
-        unlike.len(),
-        counted(report.frames.len(), "frame")
-    );
+    let share = format!("{} of {}", unlike.len(), counted(report.frames.len(), "frame"));
     match unlike.is_empty() {
         true => ui.label("All frames are like the poses."),
-        false => ui.label(format!(
-            "{share} unlike every pose. The timeline marks them."
-        )),
+        false => ui.label(format!("{share} unlike every pose. The timeline marks them.")),
     };
     let mut over = context.state.doubts;
     if ui

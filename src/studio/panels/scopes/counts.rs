@@ -36,12 +36,7 @@ impl<'a> Codes<'a> {
         (region, whole): (Option<Region>, [usize; 2]),
         step: usize,
     ) -> Self {
-        let all = Region {
-            left: 0,
-            top: 0,
-            right: size[0],
-            bottom: size[1],
-        };
+        let all = Region { left: 0, top: 0, right: size[0], bottom: size[1] };
         let region = region.and_then(|region| region.inside(whole));
         let region = region.and_then(|region| region.scaled(whole, size).inside(size));
         Self {
@@ -53,12 +48,7 @@ impl<'a> Codes<'a> {
     }
 
     fn rows(&self) -> impl Iterator<Item = &'a [[u8; 3]]> {
-        let Self {
-            pixels,
-            columns,
-            of,
-            step,
-        } = *self;
+        let Self { pixels, columns, of, step } = *self;
         (of.top..of.bottom).step_by(step).filter_map(move |row| {
             let row = row * columns;
             pixels.get(row + of.left..row + of.right)
@@ -125,11 +115,7 @@ pub fn waveform(codes: &Codes, size: [usize; 2]) -> ColorImage {
     let mut counts = vec![0u32; columns * rows];
     let places = codes.columns(columns);
     let [red, green, blue] = [0, 1, 2].map(|channel| {
-        table(|code| {
-            luminance(std::array::from_fn(
-                |c| if c == channel { code } else { 0.0 },
-            ))
-        })
+        table(|code| luminance(std::array::from_fn(|c| if c == channel { code } else { 0.0 })))
     });
     for line in codes.rows() {
         for (place, &[r, g, b]) in places.iter().zip(line) {
@@ -180,22 +166,14 @@ pub fn chroma([r, g, b]: [f32; 3]) -> [f32; 2] {
 pub fn vectorscope(codes: &Codes, side: usize) -> ColorImage {
     let mut counts = vec![0u32; side * side];
     let [red, green, blue] = [0, 1, 2].map(|channel| {
-        table(|code| {
-            chroma(std::array::from_fn(
-                |c| if c == channel { code } else { 0.0 },
-            ))
-        })
+        table(|code| chroma(std::array::from_fn(|c| if c == channel { code } else { 0.0 })))
     });
     let place = |share: f32| {
         let place = (0.5 + 0.5 * share / REACH) * (side - 1) as f32 + 0.5;
         (place as usize).min(side - 1)
     };
     for &[r, g, b] in codes.rows().flatten() {
-        let parts = [
-            red[usize::from(r)],
-            green[usize::from(g)],
-            blue[usize::from(b)],
-        ];
+        let parts = [red[usize::from(r)], green[usize::from(g)], blue[usize::from(b)]];
         let [cb, cr] = [0, 1].map(|axis| parts.iter().map(|part| part[axis]).sum::<f32>());
         counts[place(-cr) * side + place(cb)] += 1;
     }
@@ -240,15 +218,9 @@ mod tests {
         assert_eq!(brightest(0), Some(levels - 1));
         assert_eq!(brightest(columns - 1), Some(0));
         let mut counts = histogram(&codes);
-        assert_eq!(
-            clipped(&counts, 255, 1.0),
-            "Clipped white: R 2, G 2, B 2 pixels"
-        );
+        assert_eq!(clipped(&counts, 255, 1.0), "Clipped white: R 2, G 2, B 2 pixels");
         counts[1][0] = 12_345;
-        assert_eq!(
-            clipped(&counts, 0, 1.0),
-            "Clipped black: R 2, G 12345, B 2 pixels"
-        );
+        assert_eq!(clipped(&counts, 0, 1.0), "Clipped black: R 2, G 12345, B 2 pixels");
     }
 
     #[test]
@@ -280,12 +252,7 @@ mod tests {
     fn a_region_is_counted_alone_and_a_picture_that_moves_by_some_of_its_rows() {
         // The code of a pixel is its row; the picture is twice as large as its codes.
         let rgb: Vec<u8> = (0..64u8).flat_map(|y| [y; 3 * 8]).collect();
-        let region = Region {
-            left: 4,
-            top: 20,
-            right: 8,
-            bottom: 40,
-        };
+        let region = Region { left: 4, top: 20, right: 8, bottom: 40 };
         let counted = |region, step| {
             let codes = Codes::of(&rgb, [8, 64], (region, [16, 128]), step);
             (histogram(&codes)[1], codes.share())

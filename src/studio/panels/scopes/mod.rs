@@ -41,16 +41,8 @@ enum Scope {
 
 impl Scope {
     const ALL: [(Self, &'static str, &'static str); 3] = [
-        (
-            Self::Waveform,
-            "Waveform",
-            "How bright each column of the picture is",
-        ),
-        (
-            Self::Parade,
-            "Parade",
-            "How bright red, green and blue are in each column",
-        ),
+        (Self::Waveform, "Waveform", "How bright each column of the picture is"),
+        (Self::Parade, "Parade", "How bright red, green and blue are in each column"),
         (
             Self::Vectorscope,
             "Vectors",
@@ -152,14 +144,12 @@ impl ScopesPanel {
                 let [columns, rows] = region.size();
                 let Region { left, top, .. } = region;
                 let text = format!("Mean of {columns} × {rows} pixels at {left}, {top}");
-                ui.label(RichText::new(text).color(theme::QUIET))
-                    .on_hover_text(REGION_HINT);
+                ui.label(RichText::new(text).color(theme::QUIET)).on_hover_text(REGION_HINT);
                 readings_ui(ui, self.means.of(context, relit, region, moves));
             }
             None => {
                 let hint = "Ctrl+Shift+drag: mean of a region";
-                ui.label(RichText::new(hint).color(theme::QUIET))
-                    .on_hover_text(REGION_HINT);
+                ui.label(RichText::new(hint).color(theme::QUIET)).on_hover_text(REGION_HINT);
             }
         }
         let is_relit = side == Side::First && relit.first.is_none();
@@ -203,12 +193,8 @@ impl ScopesPanel {
         (side, region): (Side, Option<Region>),
         moves: bool,
     ) {
-        let counted = Counted {
-            scope: self.scope,
-            region,
-            is_large: self.large == Some(Large::Scope),
-            side,
-        };
+        let counted =
+            Counted { scope: self.scope, region, is_large: self.large == Some(Large::Scope), side };
         let (rgb, size) = side.codes(relit);
         let step = counted_rows(region.map_or(size, Region::size), moves);
         let is_this = |found: &Found| {
@@ -236,9 +222,7 @@ impl ScopesPanel {
             step,
             share: codes.share(),
             histogram: histogram(&codes),
-            texture: ui
-                .ctx()
-                .load_texture("scope", picture, TextureOptions::NEAREST),
+            texture: ui.ctx().load_texture("scope", picture, TextureOptions::NEAREST),
         });
     }
 
@@ -315,10 +299,7 @@ fn heading_ui(ui: &mut Ui, large: &mut Option<Large>, this: Large, beside: impl 
                 None => (icons::ENLARGE, format!("Enlarge the {what}"), Some(this)),
             };
             let button = Button::new(RichText::new(icon).size(14.0)).min_size(vec2(26.0, 22.0));
-            if icons::named_ui(ui, true, button, &name)
-                .on_hover_text(&name)
-                .clicked()
-            {
+            if icons::named_ui(ui, true, button, &name).on_hover_text(&name).clicked() {
                 *large = to;
             }
         });
@@ -329,11 +310,7 @@ fn heading_ui(ui: &mut Ui, large: &mut Option<Large>, this: Large, beside: impl 
 fn levels_ui(ui: &mut Ui, texture: &TextureHandle, is_parade: bool, scale: Scale, height: f32) {
     let size = vec2(ui.available_width(), height);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-    let name = if is_parade {
-        "RGB parade"
-    } else {
-        "Waveform scope"
-    };
+    let name = if is_parade { "RGB parade" } else { "Waveform scope" };
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, name));
     let inner = rect.with_min_x(rect.left() + 30.0);
     whole_ui(ui, texture, inner);
@@ -348,15 +325,13 @@ fn levels_ui(ui: &mut Ui, texture: &TextureHandle, is_parade: bool, scale: Scale
             _ => Align2::LEFT_CENTER,
         };
         let font = FontId::proportional(12.0);
-        ui.painter()
-            .text(pos2(rect.left(), y), align, number, font, theme::QUIET);
+        ui.painter().text(pos2(rect.left(), y), align, number, font, theme::QUIET);
     }
 }
 
 fn whole_ui(ui: &Ui, texture: &TextureHandle, rect: Rect) {
     let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
-    ui.painter()
-        .image(texture.id(), rect, whole, Color32::WHITE);
+    ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
 }
 
 /// The vectorscope with its circle, the six colours at 75 %, and the line of skin.
@@ -413,7 +388,6 @@ fn histogram_ui(ui: &mut Ui, histogram: &Histogram, height: f32) {
                 )
             })
             .collect();
-        ui.painter()
-            .add(egui::Shape::line(line, Stroke::new(1.0, color)));
+        ui.painter().add(egui::Shape::line(line, Stroke::new(1.0, color)));
     }
 }

@@ -67,10 +67,11 @@ fn span(of: Setting, keys: &Keyframes, frames: usize) -> [f64; 2] {
     let along = (0..=200).map(|i| last * f64::from(i) / 200.0);
     let keyed = keys.keys().iter().map(|key| key.frame);
     let values = along.chain(keyed).filter_map(|frame| keys.at(frame));
-    let (least, most) = values.map(|value| of.bounded(value)).fold(
-        (f64::INFINITY, f64::NEG_INFINITY),
-        |(least, most), value| (least.min(value), most.max(value)),
-    );
+    let (least, most) = values
+        .map(|value| of.bounded(value))
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
+            (least.min(value), most.max(value))
+        });
     let room = (0.15 * (most - least)).max(f64::from(of.unit().step()));
     [least - room, most + room]
 }
@@ -96,11 +97,7 @@ impl TimelinePanel {
         if self.drag.is_none() {
             self.values = span(of, keys, context.state.frames);
         }
-        let plot = Plot {
-            track,
-            rect: rect.shrink2(vec2(0.0, 2.0)),
-            values: self.values,
-        };
+        let plot = Plot { track, rect: rect.shrink2(vec2(0.0, 2.0)), values: self.values };
         plot_ui(ui, of, keys, &plot, context.state.frame);
         let area = ui.interact(rect, ui.scope_id().with("curve"), Sense::click_and_drag());
         let tangents = self.tangents_ui(ui, context, of, &plot);
@@ -149,19 +146,14 @@ impl TimelinePanel {
                 let title = of.title(&look.lighting);
                 let name = format!("{title} tangent {} at frame {}", side.name(), key.frame);
                 response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, &name));
-                let color = if response.hovered() {
-                    Color32::WHITE
-                } else {
-                    theme::TEXT
-                };
+                let color = if response.hovered() { Color32::WHITE } else { theme::TEXT };
                 painter.line_segment([at, knob], Stroke::new(1.0, color));
                 match own {
                     Some(_) => painter.circle_filled(knob, KNOB, color),
                     None => painter.circle(knob, KNOB, theme::WELL, Stroke::new(1.5, color)),
                 };
-                response.on_hover_text(format!(
-                    "{name}: drag it. Alt leaves the other side as it is"
-                ));
+                response
+                    .on_hover_text(format!("{name}: drag it. Alt leaves the other side as it is"));
                 knobs.push((index, side, knob));
             }
         }
@@ -188,9 +180,7 @@ impl TimelinePanel {
         if let Some(from) = from.filter(|_| area.drag_started_by(PointerButton::Primary)) {
             // One that was cut off may be left.
             (self.drag, self.boxed) = (None, None);
-            let knob = tangents
-                .iter()
-                .find(|(.., at)| at.distance(from) < 2.0 * KNOB);
+            let knob = tangents.iter().find(|(.., at)| at.distance(from) < 2.0 * KNOB);
             let all = keys.keys().iter();
             let all = all.map(|key| (of, *key, plot.at(key.frame, key.value)));
             match (knob, nearest(all, from)) {
@@ -214,11 +204,7 @@ impl TimelinePanel {
             && area.dragged_by(PointerButton::Primary)
         {
             match &self.drag {
-                Some(KeyDrag::Keys {
-                    key,
-                    before,
-                    selection,
-                }) => {
+                Some(KeyDrag::Keys { key, before, selection }) => {
                     let frames = match modifiers.shift {
                         true => 0.0,
                         false => plot.track.frame_at(to.x) as f64 - key.frame,
@@ -232,12 +218,7 @@ impl TimelinePanel {
                     self.selection = moved;
                     push_changed(lanes, animation, out);
                 }
-                Some(KeyDrag::Tangent {
-                    of,
-                    index,
-                    side,
-                    before,
-                }) => {
+                Some(KeyDrag::Tangent { of, index, side, before }) => {
                     if let Some(key) = before.keys().get(*index) {
                         let at = plot.at(key.frame, key.value);
                         let along = side.sign() * (to.x - at.x) / plot.track.cell();
@@ -259,9 +240,7 @@ impl TimelinePanel {
 /// The grid and the curve.
 fn plot_ui(ui: &Ui, of: Setting, keys: &Keyframes, plot: &Plot, frame: usize) {
     let (rect, track) = (plot.rect, plot.track);
-    let painter = ui
-        .painter()
-        .with_clip_rect(rect.expand(1.0).intersect(ui.clip_rect()));
+    let painter = ui.painter().with_clip_rect(rect.expand(1.0).intersect(ui.clip_rect()));
     painter.rect_filled(rect, 2.0, theme::WELL);
     let line = Stroke::new(1.0, Color32::from_gray(44));
     for frame in track.numbered() {
@@ -329,12 +308,8 @@ mod tests {
             assert!((plot.value(at.y) - value).abs() < 1e-4 && at.x == 45.0);
         }
         // A steep tangent's knob stays within the plot.
-        for (side, slope) in [
-            (Side::Out, 1e6),
-            (Side::In, 1e6),
-            (Side::Out, -1e6),
-            (Side::In, 0.0),
-        ] {
+        for (side, slope) in [(Side::Out, 1e6), (Side::In, 1e6), (Side::Out, -1e6), (Side::In, 0.0)]
+        {
             let knob = plot.knob(plot.at(4.0, 40.0), side, slope);
             assert!(plot.rect.contains(knob), "{side:?} {slope}: {knob:?}");
         }

@@ -8,18 +8,9 @@ use scene::{Animation, Setting};
 /// A drag, with the keys as they were before it: what it does is computed from those.
 pub enum KeyDrag {
     /// Of the selected keys, by one of them.
-    Keys {
-        key: Key,
-        before: Animation,
-        selection: KeySelection,
-    },
+    Keys { key: Key, before: Animation, selection: KeySelection },
     /// Of a key's tangent.
-    Tangent {
-        of: Setting,
-        index: usize,
-        side: Side,
-        before: Keyframes,
-    },
+    Tangent { of: Setting, index: usize, side: Side, before: Keyframes },
 }
 
 /// A side of a key.
@@ -121,11 +112,7 @@ mod tests {
         assert_eq!(alone.slopes(1), Some([-1.0, 2.0]));
         let alone = turned(&keys(), 1, Side::Out, 2.0, true);
         assert_eq!(alone.slopes(1), Some([0.0, 2.0]));
-        assert_eq!(
-            alone.at(5.0),
-            keys().at(5.0),
-            "the other side stays as it was"
-        );
+        assert_eq!(alone.at(5.0), keys().at(5.0), "the other side stays as it was");
     }
 
     #[test]

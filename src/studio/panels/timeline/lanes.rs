@@ -38,11 +38,7 @@ impl TimelinePanel {
         };
         let bottom = ui.clip_rect().bottom();
         let across = track.across.expand(DIAMOND);
-        let down = first.top()
-            ..=first
-                .top()
-                .max(bottom)
-                .max(first.top() + ROW * rows.len() as f32);
+        let down = first.top()..=first.top().max(bottom).max(first.top() + ROW * rows.len() as f32);
         let place = Rect::from_x_y_ranges(across, down);
         let id = ui.scope_id().with("keys");
         let area = ui.interact(place, id, Sense::click_and_drag());
@@ -103,8 +99,7 @@ impl TimelinePanel {
             let (row, _) = ui.allocate_exact_size(size, Sense::hover());
             let left = row.with_max_x(row.left() + gutter);
             if self.chosen == Some(of) {
-                ui.painter()
-                    .rect_filled(left, 2.0, ui.visuals().faint_bg_color);
+                ui.painter().rect_filled(left, 2.0, ui.visuals().faint_bg_color);
             }
             let beside = UiBuilder::new()
                 .id_salt(("lane", of))
@@ -172,10 +167,7 @@ impl TimelinePanel {
                     ui.close();
                 }
                 if ui.button("Remove all keys").clicked() {
-                    out.push(Command::Look(LookCommand::Keys(vec![(
-                        of,
-                        Keyframes::NONE,
-                    )])));
+                    out.push(Command::Look(LookCommand::Keys(vec![(of, Keyframes::NONE)])));
                     ui.close();
                 }
             });
@@ -205,8 +197,7 @@ impl TimelinePanel {
             inner.lerp_inside(vec2(t, 1.0 - t * t * (3.0 - 2.0 * t)))
         });
         let color = if is_on { Color32::WHITE } else { theme::TEXT };
-        ui.painter()
-            .add(Shape::line(points.collect(), Stroke::new(1.5, color)));
+        ui.painter().add(Shape::line(points.collect(), Stroke::new(1.5, color)));
         if response.clicked() {
             (self.curves, self.chosen) = (!is_on, Some(of));
         }
@@ -241,8 +232,7 @@ impl TimelinePanel {
         diamond(ui.painter(), at, true, color);
         if response.has_focus() {
             self.has_focus = true;
-            ui.painter()
-                .circle_stroke(at, DIAMOND + 2.5, Stroke::new(1.0, Color32::WHITE));
+            ui.painter().circle_stroke(at, DIAMOND + 2.5, Stroke::new(1.0, Color32::WHITE));
         }
         if response.clicked() {
             response.request_focus();
@@ -276,9 +266,7 @@ impl TimelinePanel {
         track: &Track,
         out: &mut Vec<Command>,
     ) {
-        let at = area
-            .interact_pointer_pos()
-            .filter(|_| area.double_clicked());
+        let at = area.interact_pointer_pos().filter(|_| area.double_clicked());
         let Some((at, (of, keys))) = at.and_then(|at| Some((at, lane_at(at)?))) else {
             return;
         };
@@ -316,14 +304,8 @@ impl TimelinePanel {
                 None => self.boxed = Some([from; 2]),
             }
         }
-        if let (
-            Some(KeyDrag::Keys {
-                key,
-                before,
-                selection,
-            }),
-            Some(to),
-        ) = (&self.drag, area.interact_pointer_pos())
+        if let (Some(KeyDrag::Keys { key, before, selection }), Some(to)) =
+            (&self.drag, area.interact_pointer_pos())
             && area.dragged_by(PointerButton::Primary)
         {
             let frames = track.frame_at(to.x) as f64 - key.frame;
@@ -362,8 +344,7 @@ impl TimelinePanel {
         } else {
             let edge = Stroke::new(1.0, theme::TEXT);
             let fill = Color32::from_white_alpha(16);
-            ui.painter()
-                .rect(drawn, 0.0, fill, edge, StrokeKind::Inside);
+            ui.painter().rect(drawn, 0.0, fill, edge, StrokeKind::Inside);
         }
     }
 
@@ -371,11 +352,8 @@ impl TimelinePanel {
     pub(super) fn empty_ui(ui: &Ui, rect: Rect) {
         let text = "Nothing is animated. Click the diamond beside a setting to set its first key.";
         let font = egui::FontId::proportional(12.0);
-        let text = ui
-            .painter()
-            .layout(text.to_owned(), font, theme::QUIET, rect.width() - GAP);
-        ui.painter()
-            .galley(rect.min + vec2(0.0, 4.0), text, theme::QUIET);
+        let text = ui.painter().layout(text.to_owned(), font, theme::QUIET, rect.width() - GAP);
+        ui.painter().galley(rect.min + vec2(0.0, 4.0), text, theme::QUIET);
     }
 }
 

@@ -71,10 +71,7 @@ impl TimelinePanel {
             ui.copy_text(self.selection.copied(animation));
             ui.close();
         }
-        if ui
-            .add(Button::new(remove).shortcut_text("Delete"))
-            .clicked()
-        {
+        if ui.add(Button::new(remove).shortcut_text("Delete")).clicked() {
             push_changed(self.selection.removed(animation), animation, out);
             ui.close();
         }

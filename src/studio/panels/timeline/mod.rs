@@ -291,12 +291,7 @@ impl TimelinePanel {
         }
         if let Some(text) = pastes {
             let onto = self.awaited.take().unwrap_or(Onto::Lane(self.chosen));
-            match pasted(
-                &text,
-                context.state.frame,
-                onto,
-                (animation, &look.lighting),
-            ) {
+            match pasted(&text, context.state.frame, onto, (animation, &look.lighting)) {
                 Ok((lanes, selection)) => {
                     self.selection = selection;
                     push_changed(lanes, animation, out);
@@ -318,32 +313,12 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for (icon, name, enabled, key, command) in [
-            (
-                icons::PREVIOUS,
-                "Previous frame",
-                state.frame > 0,
-                "←",
-                ViewCommand::StepFrame(-1),
-            ),
-            (
-                icon,
-                name,
-                state.frames > 1,
-                "Space",
-                ViewCommand::TogglePlay,
-            ),
-            (
-                icons::NEXT,
-                "Next frame",
-                state.frame < last,
-                "→",
-                ViewCommand::StepFrame(1),
-            ),
+            (icons::PREVIOUS, "Previous frame", state.frame > 0, "←", ViewCommand::StepFrame(-1)),
+            (icon, name, state.frames > 1, "Space", ViewCommand::TogglePlay),
+            (icons::NEXT, "Next frame", state.frame < last, "→", ViewCommand::StepFrame(1)),
         ] {
             let hint = format!("{name}. Key: {key}");
-            if icons::named_ui(ui, enabled, icons::alone(icon), name)
-                .on_hover_text(hint)
-                .clicked()
+            if icons::named_ui(ui, enabled, icons::alone(icon), name).on_hover_text(hint).clicked()
             {
                 out.push(Command::View(command));
             }
@@ -357,8 +332,7 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         out.push(Command::View(ViewCommand::Frame(frame)));
     }
     let seconds = state.frame as f64 / state.frame_rate;
-    ui.label(format!("0–{last}"))
-        .on_hover_text(format!("{} frames", state.frames));
+    ui.label(format!("0–{last}")).on_hover_text(format!("{} frames", state.frames));
     ui.label(RichText::new(format!("{seconds:.2} s")).color(theme::QUIET))
         .on_hover_text(format!("{} frames a second", state.frame_rate));
 }

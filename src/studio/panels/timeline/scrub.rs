@@ -100,8 +100,7 @@ fn lines(track: &Track, frames: impl Iterator<Item = usize>) -> Vec<Rangef> {
     frames.sort_unstable();
     let runs = frames.chunk_by(|one, next| next - one <= 1);
     let ends = runs.filter_map(|run| run.first().zip(run.last()));
-    ends.filter_map(|(first, last)| track.run(*first, *last))
-        .collect()
+    ends.filter_map(|(first, last)| track.run(*first, *last)).collect()
 }
 
 /// A mark above the ruler that says which part of the clip is in sight, if it is not all of it.
@@ -126,13 +125,10 @@ fn overview_ui(ui: &Ui, track: &Track, rect: Rect) {
 /// The number of the frame under the pointer, over the ruler.
 fn hovered_ui(ui: &Ui, track: &Track, rect: Rect, frame: usize) {
     let font = FontId::proportional(12.0);
-    let text = ui
-        .painter()
-        .layout_no_wrap(frame.to_string(), font, theme::TEXT);
+    let text = ui.painter().layout_no_wrap(frame.to_string(), font, theme::TEXT);
     let middle = pos2(track.x(frame as f64), rect.top() + 0.5 * RULER);
     let place = Rect::from_center_size(middle, text.size());
-    ui.painter()
-        .rect_filled(place.expand2(vec2(3.0, 1.0)), 2.0, theme::PANEL);
+    ui.painter().rect_filled(place.expand2(vec2(3.0, 1.0)), 2.0, theme::PANEL);
     ui.painter().galley(place.min, text, theme::TEXT);
 }
 
@@ -142,18 +138,15 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
     let (first, last) = state.range();
     let (left, right) = (track.span(first).min, track.span(last).max);
     let is_wide = right - left > 2.0 * NUMBER + 12.0;
-    for (is_in, name, key, frame, edge) in [
-        (true, "In point", "I", first, left),
-        (false, "Out point", "O", last, right),
-    ] {
+    for (is_in, name, key, frame, edge) in
+        [(true, "In point", "I", first, left), (false, "Out point", "O", last, right)]
+    {
         if !track.has(edge) {
             continue;
         }
         let outwards = if is_in { -1.0 } else { 1.0 };
-        let across = Rangef::new(
-            edge.min(edge + outwards * HANDLE),
-            edge.max(edge + outwards * HANDLE),
-        );
+        let across =
+            Rangef::new(edge.min(edge + outwards * HANDLE), edge.max(edge + outwards * HANDLE));
         let rect = Rect::from_x_y_ranges(across, bar.expand(2.0));
         let id = ui.scope_id().with(name);
         let response = ui.interact(rect, id, Sense::click_and_drag());
@@ -162,18 +155,8 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
         let is_held = response.hovered() || response.dragged();
         let grey = if is_held { 222 } else { 150 };
         let corners = match is_in {
-            true => CornerRadius {
-                nw: 4,
-                sw: 4,
-                ne: 0,
-                se: 0,
-            },
-            false => CornerRadius {
-                nw: 0,
-                sw: 0,
-                ne: 4,
-                se: 4,
-            },
+            true => CornerRadius { nw: 4, sw: 4, ne: 0, se: 0 },
+            false => CornerRadius { nw: 0, sw: 0, ne: 4, se: 4 },
         };
         let painter = ui.painter();
         painter.rect_filled(rect, corners, Color32::from_gray(grey));
@@ -194,9 +177,8 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
             let font = FontId::proportional(12.0);
             painter.text(pos2(x, bar.center()), align, frame, font, theme::TEXT);
         }
-        if let Some(to) = response
-            .interact_pointer_pos()
-            .filter(|_| response.dragged_by(PointerButton::Primary))
+        if let Some(to) =
+            response.interact_pointer_pos().filter(|_| response.dragged_by(PointerButton::Primary))
         {
             let cut = track.cut_at(to.x - outwards * 0.5 * HANDLE);
             let frames = match is_in {

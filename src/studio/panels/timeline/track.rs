@@ -38,10 +38,7 @@ impl Sight {
     fn within(self, frames: usize) -> Option<Self> {
         let all = frames as f64;
         let shown = self.frames.clamp(LEAST.min(all), all);
-        let sight = Self {
-            from: self.from.clamp(0.0, all - shown),
-            frames: shown,
-        };
+        let sight = Self { from: self.from.clamp(0.0, all - shown), frames: shown };
         (shown < all && sight.from.is_finite()).then_some(sight)
     }
 }
@@ -63,15 +60,8 @@ fn step(room: f32, cell: f32) -> usize {
 impl Track {
     /// A part of a clip of so many frames; None for all of it.
     pub fn new(across: Rangef, frames: usize, sight: Option<Sight>) -> Self {
-        let all = Sight {
-            from: 0.0,
-            frames: frames as f64,
-        };
-        Self {
-            across,
-            frames,
-            sight: sight.and_then(|sight| sight.within(frames)).unwrap_or(all),
-        }
+        let all = Sight { from: 0.0, frames: frames as f64 };
+        Self { across, frames, sight: sight.and_then(|sight| sight.within(frames)).unwrap_or(all) }
     }
 
     /// What is in sight; None if it is all of the clip.
@@ -232,10 +222,7 @@ mod tests {
             assert_eq!(track.frame_at(track.x(frame as f64)), frame);
             assert_eq!(track.span(frame).center(), track.x(frame as f64));
         }
-        assert_eq!(
-            (track.frame_at(-1e9), track.frame_at(f32::INFINITY)),
-            (0, 7)
-        );
+        assert_eq!((track.frame_at(-1e9), track.frame_at(f32::INFINITY)), (0, 7));
         let cuts = [-9.0, 124.0, 126.0, 149.0, 9e9].map(|x| track.cut_at(x));
         assert_eq!(cuts, [0, 0, 1, 1, 8]);
         assert_eq!((track.sight(), track.ends()), (None, (0, 7)));
@@ -270,10 +257,7 @@ mod tests {
 
     #[test]
     fn it_is_moved_within_the_clip_and_follows_a_frame_out_of_sight() {
-        let sight = Sight {
-            from: 500.0,
-            frames: 38.0,
-        };
+        let sight = Sight { from: 500.0, frames: 38.0 };
         let track = long(Some(sight));
         assert_eq!(track.cell(), 10.0);
         assert_eq!(track.ends(), (500, 537));
@@ -286,19 +270,13 @@ mod tests {
         for frame in [0, 499, 538, 1999] {
             let shown = long(track.showing(frame));
             let (first, last) = shown.ends();
-            assert!(
-                (first..=last).contains(&frame),
-                "{frame}: {first} to {last}"
-            );
+            assert!((first..=last).contains(&frame), "{frame}: {first} to {last}");
             assert!(shown.has(shown.x(frame as f64)));
             assert_eq!(shown.cell(), 10.0);
         }
         assert_eq!(long(None).showing(7), None);
         // Numbers and ticks are of what is in sight, and no more than fit.
-        assert_eq!(
-            track.numbered().collect::<Vec<_>>(),
-            [500, 505, 510, 515, 520, 525, 530, 535]
-        );
+        assert_eq!(track.numbered().collect::<Vec<_>>(), [500, 505, 510, 515, 520, 525, 530, 535]);
         assert_eq!(track.run(0, 509), Some(Rangef::new(100.0, 200.0)));
         assert_eq!(track.run(538, 600), None);
         // A shorter clip was opened.

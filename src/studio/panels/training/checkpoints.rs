@@ -10,11 +10,7 @@ use training::checkpoints::SavedCheckpoint;
 /// The list, the newest first.
 pub fn checkpoints_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.label(RichText::new("Checkpoints").color(theme::QUIET));
-    let kept = context
-        .training
-        .records
-        .as_ref()
-        .map_or(&[][..], |r| &r.kept);
+    let kept = context.training.records.as_ref().map_or(&[][..], |r| &r.kept);
     if kept.is_empty() {
         let text = "Training saves checkpoints as it goes, and one before you start over.";
         ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
@@ -48,11 +44,7 @@ pub fn short(kept: &SavedCheckpoint) -> String {
 
 /// Why a checkpoint is kept, its folder and its size.
 pub fn details(kept: &SavedCheckpoint) -> String {
-    let why = if kept.aside {
-        "Set aside"
-    } else {
-        "Saved by training"
-    };
+    let why = if kept.aside { "Set aside" } else { "Saved by training" };
     format!("{why}: {}, {:.1} MB", kept.name, kept.bytes as f64 / 1e6)
 }
 
@@ -60,13 +52,8 @@ fn row_ui(ui: &mut Ui, kept: &SavedCheckpoint, idle: bool, out: &mut Vec<Command
     let info = &kept.info;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GAP;
-        let color = if kept.present {
-            theme::ACCENT
-        } else {
-            theme::TEXT
-        };
-        ui.label(RichText::new(title(kept)).size(12.5).color(color))
-            .on_hover_text(details(kept));
+        let color = if kept.present { theme::ACCENT } else { theme::TEXT };
+        ui.label(RichText::new(title(kept)).size(12.5).color(color)).on_hover_text(details(kept));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if kept.present {
                 ui.label(RichText::new("Current").size(12.0).color(theme::QUIET));
@@ -81,9 +68,7 @@ fn row_ui(ui: &mut Ui, kept: &SavedCheckpoint, idle: bool, out: &mut Vec<Command
                 WidgetInfo::labeled(egui::Role::Button, idle, name)
             });
             if response.clicked() {
-                out.push(Command::Training(TrainingCommand::GoBack(
-                    kept.name.clone(),
-                )));
+                out.push(Command::Training(TrainingCommand::GoBack(kept.name.clone())));
             }
         });
     });

@@ -17,9 +17,7 @@ const BUTTON: egui::Vec2 = vec2(84.0, 24.0);
 
 /// The presets as a list, each with its cost.
 pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
-    let choice = context
-        .training
-        .choice(context.state.look.training, project);
+    let choice = context.training.choice(context.state.look.training, project);
     let pace = context.training.pace();
     for preset in Preset::ALL {
         let chosen = preset == choice.preset;
@@ -48,26 +46,11 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
             painter.text(at, align, text, egui::FontId::proportional(size), color);
         };
         let (left, right) = (rect.left() + 10.0, rect.right() - 10.0);
-        let plain = if chosen {
-            egui::Color32::WHITE
-        } else {
-            theme::TEXT
-        };
-        let quiet = if chosen {
-            egui::Color32::WHITE
-        } else {
-            theme::QUIET
-        };
+        let plain = if chosen { egui::Color32::WHITE } else { theme::TEXT };
+        let quiet = if chosen { egui::Color32::WHITE } else { theme::QUIET };
         let name = preset.label().to_owned();
         line(left, 4.0, egui::Align2::LEFT_TOP, name, 14.0, plain);
-        line(
-            right,
-            4.0,
-            egui::Align2::RIGHT_TOP,
-            time(&cost, limited),
-            13.0,
-            plain,
-        );
+        line(right, 4.0, egui::Align2::RIGHT_TOP, time(&cost, limited), 13.0, plain);
         let purpose = preset.purpose().to_owned();
         line(left, 21.0, egui::Align2::LEFT_TOP, purpose, 12.0, quiet);
         let known = match (pace, cost.timed) {
@@ -113,9 +96,7 @@ pub fn duration(seconds: f64) -> String {
 
 /// The held-out pose, and the minutes.
 pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
-    let choice = context
-        .training
-        .choice(context.state.look.training, project);
+    let choice = context.training.choice(context.state.look.training, project);
     let poses = &project.settings.shoot.poses;
     ui.add_enabled_ui(!context.training.running, |ui| {
         ui.horizontal(|ui| {
@@ -146,10 +127,8 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
             if let Some(preset) = choice.preset.config().minutes {
                 let label = ui.label(RichText::new("Minutes").size(13.0));
                 let mut minutes = choice.minutes.unwrap_or(preset);
-                let field = computing(&mut minutes)
-                    .range(0.1..=MOST_MINUTES)
-                    .speed(0.25)
-                    .max_decimals(1);
+                let field =
+                    computing(&mut minutes).range(0.1..=MOST_MINUTES).speed(0.25).max_decimals(1);
                 let response = ui.add_sized(vec2(52.0, 24.0), field).labelled_by(label.id);
                 if is_reset(ui, &response) {
                     out.push(Command::Look(LookCommand::Training(TrainChoice {
@@ -217,9 +196,7 @@ impl Buttons {
             });
             return;
         }
-        let choice = context
-            .training
-            .choice(context.state.look.training, project);
+        let choice = context.training.choice(context.state.look.training, project);
         let refusal = context.training.refusal(&choice, project);
         ui.horizontal(|ui| {
             let words = format!("{} Resume", icons::PLAY);
@@ -252,10 +229,7 @@ impl Buttons {
 pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
     let start = theme::main_button(true, format!("{} Start", icons::PLAY)).min_size(BUTTON);
     let hint = "Trains the network with this preset. Key: Ctrl+Enter";
-    if icons::named_ui(ui, true, start, "Start")
-        .on_hover_text(hint)
-        .clicked()
-    {
+    if icons::named_ui(ui, true, start, "Start").on_hover_text(hint).clicked() {
         out.push(Command::Training(TrainingCommand::Start { fresh }));
     }
 }
@@ -272,43 +246,15 @@ mod tests {
 
     #[test]
     fn a_preset_says_what_is_known_of_its_cost() {
-        let cost = |seconds, steps, timed| RunCost {
-            seconds,
-            steps,
-            timed,
-        };
+        let cost = |seconds, steps, timed| RunCost { seconds, steps, timed };
         let said = |cost: RunCost, limited| [time(&cost, limited), steps(&cost, limited)];
         for (cost, limited, text) in [
-            (
-                cost(None, Some(9), false),
-                false,
-                ["known after the first steps", "9 steps"],
-            ),
-            (
-                cost(Some(600.0), None, false),
-                true,
-                ["10 min", "limited by time"],
-            ),
-            (
-                cost(Some(600.0), Some(9), false),
-                true,
-                ["10 min", "about 9 steps"],
-            ),
-            (
-                cost(Some(600.0), Some(9), true),
-                true,
-                ["10 min", "9 steps"],
-            ),
-            (
-                cost(Some(5400.0), Some(9), false),
-                false,
-                ["about 1 h 30 min", "9 steps"],
-            ),
-            (
-                cost(Some(5400.0), Some(9), true),
-                false,
-                ["1 h 30 min", "9 steps"],
-            ),
+            (cost(None, Some(9), false), false, ["known after the first steps", "9 steps"]),
+            (cost(Some(600.0), None, false), true, ["10 min", "limited by time"]),
+            (cost(Some(600.0), Some(9), false), true, ["10 min", "about 9 steps"]),
+            (cost(Some(600.0), Some(9), true), true, ["10 min", "9 steps"]),
+            (cost(Some(5400.0), Some(9), false), false, ["about 1 h 30 min", "9 steps"]),
+            (cost(Some(5400.0), Some(9), true), false, ["1 h 30 min", "9 steps"]),
         ] {
             assert_eq!(said(cost, limited), text);
         }

@@ -17,15 +17,9 @@ pub fn losses_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
     let olats = curve(points, |p| p.reconstruction);
     let relit = curve(points, |p| p.rendering);
     let hint = |position: &HoverPosition| match position {
-        HoverPosition::NearDataPoint {
-            plot_name,
-            position,
-            ..
-        } => Some(format!(
-            "{plot_name}\nstep {:.0}\n{}",
-            position.x,
-            plain(10f64.powf(position.y))
-        )),
+        HoverPosition::NearDataPoint { plot_name, position, .. } => {
+            Some(format!("{plot_name}\nstep {:.0}\n{}", position.x, plain(10f64.powf(position.y))))
+        }
         HoverPosition::Elsewhere { .. } => None,
     };
     let response = plot("losses", height)
@@ -57,22 +51,13 @@ pub fn losses_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
 /// The names of the curves in their colours.
 pub fn legend_ui(ui: &mut Ui) {
     for (name, color, hint) in [
-        (
-            "OLATs",
-            OLATS,
-            "Reconstruction loss: how far predicted OLATs are from the photographs",
-        ),
-        (
-            "Relit",
-            RELIT,
-            "Rendering loss: how far relit OLATs are from the interview",
-        ),
+        ("OLATs", OLATS, "Reconstruction loss: how far predicted OLATs are from the photographs"),
+        ("Relit", RELIT, "Rendering loss: how far relit OLATs are from the interview"),
     ] {
         let (rect, _) = ui.allocate_exact_size(vec2(14.0, 12.0), Sense::hover());
         let line = Rect::from_center_size(rect.center(), vec2(14.0, 2.0));
         ui.painter().rect_filled(line, 0.0, color);
-        ui.label(RichText::new(name).size(12.0).color(color))
-            .on_hover_text(hint);
+        ui.label(RichText::new(name).size(12.0).color(color)).on_hover_text(hint);
     }
 }
 
@@ -131,9 +116,7 @@ fn plot<'a>(name: &'static str, height: f32) -> Plot<'a> {
 }
 
 fn axis<'a>(hints: AxisHints<'a>) -> AxisHints<'a> {
-    hints
-        .tick_label_color(theme::QUIET)
-        .tick_label_font(FontId::proportional(11.0))
+    hints.tick_label_color(theme::QUIET).tick_label_font(FontId::proportional(11.0))
 }
 
 /// Steps and values of a loss, without the steps at which it is missing.
@@ -178,9 +161,7 @@ fn decades(input: GridInput) -> Vec<GridMark> {
             step_size,
         })
     });
-    marks
-        .filter(|mark| (from..=to).contains(&mark.value))
-        .collect()
+    marks.filter(|mark| (from..=to).contains(&mark.value)).collect()
 }
 
 /// About `count` marks at multiples of 1, 2 or 5 of a power of ten.
@@ -195,10 +176,7 @@ fn few(input: &GridInput, count: f64) -> Vec<GridMark> {
     let mut steps = digits.map(|digit| digit * power);
     let step_size = steps.find(|step| *step >= room).unwrap_or(10.0 * power);
     let numbers = (from / step_size).ceil() as i64..=(to / step_size).floor() as i64;
-    let mark = |number: i64| GridMark {
-        value: number as f64 * step_size,
-        step_size,
-    };
+    let mark = |number: i64| GridMark { value: number as f64 * step_size, step_size };
     numbers.map(mark).collect()
 }
 
@@ -251,10 +229,7 @@ mod tests {
     #[test]
     fn a_few_marks_at_round_numbers_divide_any_range() {
         let marks = |from, to| -> Vec<String> {
-            let input = GridInput {
-                bounds: (from, to),
-                base_step_size: 0.01,
-            };
+            let input = GridInput { bounds: (from, to), base_step_size: 0.01 };
             let marks = few(&input, 4.0);
             marks.iter().map(|mark| tidy(mark.value, 2)).collect()
         };
@@ -265,13 +240,9 @@ mod tests {
 
     #[test]
     fn marks_are_at_round_losses_within_what_is_seen() {
-        let input = GridInput {
-            bounds: (-2.1, -0.9),
-            base_step_size: 0.01,
-        };
-        let marks: Vec<String> = (decades(input).iter())
-            .map(|mark| plain(10f64.powf(mark.value)))
-            .collect();
+        let input = GridInput { bounds: (-2.1, -0.9), base_step_size: 0.01 };
+        let marks: Vec<String> =
+            (decades(input).iter()).map(|mark| plain(10f64.powf(mark.value))).collect();
         assert_eq!(marks, ["0.01", "0.02", "0.05", "0.1"]);
     }
 }

@@ -32,18 +32,13 @@ type Figure = (&'static str, String, &'static str);
 const PLAIN: usize = 5;
 
 fn grid_ui(ui: &mut Ui, name: &str, figures: &[Figure]) {
-    egui::Grid::new(name)
-        .num_columns(2)
-        .spacing([2.0 * GAP, 2.0])
-        .show(ui, |ui| {
-            for (name, value, hint) in figures {
-                ui.label(RichText::new(*name).size(12.0).color(theme::QUIET))
-                    .on_hover_text(*hint);
-                ui.label(RichText::new(value).size(12.5))
-                    .on_hover_text(*hint);
-                ui.end_row();
-            }
-        });
+    egui::Grid::new(name).num_columns(2).spacing([2.0 * GAP, 2.0]).show(ui, |ui| {
+        for (name, value, hint) in figures {
+            ui.label(RichText::new(*name).size(12.0).color(theme::QUIET)).on_hover_text(*hint);
+            ui.label(RichText::new(value).size(12.5)).on_hover_text(*hint);
+            ui.end_row();
+        }
+    });
 }
 
 /// All figures; a dash for those not known yet.
@@ -71,27 +66,15 @@ fn rows(context: &PanelContext) -> [Figure; 11] {
             step.map_or_else(none, |s| s.to_string()),
             "Optimiser steps, including earlier runs",
         ),
-        (
-            "Trained",
-            seconds.map_or_else(none, clock),
-            "Training time, without pauses",
-        ),
-        (
-            "Progress",
-            job.map_or_else(none, left),
-            "Time left, and share done",
-        ),
+        ("Trained", seconds.map_or_else(none, clock), "Training time, without pauses"),
+        ("Progress", job.map_or_else(none, left), "Time left, and share done"),
         ("Rate", point.map_or_else(none, rate), "Speed of training"),
         (
             "Held-out pose",
             held_out.unwrap_or_else(none),
             "PSNR on the held-out pose; the best network is used",
         ),
-        (
-            "Phase",
-            point.map_or_else(none, |p| phase(p).to_owned()),
-            "What it trains on",
-        ),
+        ("Phase", point.map_or_else(none, |p| phase(p).to_owned()), "What it trains on"),
         (
             "Learning rate",
             point.map_or_else(none, |p| format!("{:.2e}", p.learning_rate)),
@@ -107,11 +90,7 @@ fn rows(context: &PanelContext) -> [Figure; 11] {
             loss(recent(|p| p.reconstruction)),
             "Reconstruction loss of the last steps",
         ),
-        (
-            "Loss, relit",
-            loss(recent(|p| p.rendering)),
-            "Rendering loss of the last steps",
-        ),
+        ("Loss, relit", loss(recent(|p| p.rendering)), "Rendering loss of the last steps"),
         (
             "Memory",
             point
@@ -181,9 +160,6 @@ mod tests {
 
     #[test]
     fn time_of_training_is_a_clock_s() {
-        assert_eq!(
-            [9.5, 754.0, 7265.0].map(clock),
-            ["0:09", "12:34", "2:01:05"]
-        );
+        assert_eq!([9.5, 754.0, 7265.0].map(clock), ["0:09", "12:34", "2:01:05"]);
     }
 }

@@ -45,17 +45,12 @@ impl TrainingPanel {
                 ui.heading("Reading the training log");
             });
         };
-        let frame = Frame::new()
-            .fill(theme::PANEL)
-            .inner_margin(Margin::symmetric(12, 0));
-        Panel::right("training's side")
-            .exact_size(SIDE)
-            .frame(frame)
-            .show(ui, |ui| {
-                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    self.side_ui(ui, context, project, records, out);
-                });
+        let frame = Frame::new().fill(theme::PANEL).inner_margin(Margin::symmetric(12, 0));
+        Panel::right("training's side").exact_size(SIDE).frame(frame).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                self.side_ui(ui, context, project, records, out);
             });
+        });
         if context.training.is_empty() {
             backdrop_ui(ui, context);
         }
@@ -108,11 +103,7 @@ impl TrainingPanel {
         // Leaves room for the scroll bar.
         ui.set_max_width(ui.available_width() - GAP);
         let known = !context.training.history.points().is_empty() || context.training.running;
-        let job = context
-            .status
-            .job
-            .as_ref()
-            .filter(|_| context.training.running);
+        let job = context.status.job.as_ref().filter(|_| context.training.running);
         let held = job.and_then(|job| job.held.as_ref());
         for sentence in records.failure.iter().filter(|_| known).chain(held) {
             ui.label(RichText::new(sentence).size(12.5).color(theme::WARNING));
@@ -169,10 +160,7 @@ fn instead_ui(
         preview::preview_ui(ui, context, project);
     } else if let Some(present) = &records.present {
         heading(ui, "A trained network, but no training log");
-        ui.label(format!(
-            "The network is at step {}. Resume continues from it.",
-            present.step
-        ));
+        ui.label(format!("The network is at step {}. Resume continues from it.", present.step));
     } else {
         heading(ui, "Not trained yet");
         ui.label(

@@ -57,8 +57,7 @@ impl Pictures {
             let text = "Pictures appear here during training";
             let font = FontId::proportional(13.0);
             let middle = rect.center() - vec2(0.0, CAPTION / 2.0);
-            ui.painter()
-                .text(middle, Align2::CENTER_CENTER, text, font, theme::QUIET);
+            ui.painter().text(middle, Align2::CENTER_CENTER, text, font, theme::QUIET);
         }
     }
 
@@ -82,24 +81,16 @@ impl Pictures {
         let textures = bytes.map(|rgb| {
             let picture = egui::ColorImage::from_rgb(pictures.size, &rgb);
             let name = names.next().unwrap_or_default();
-            ui.ctx()
-                .load_texture(name, picture, egui::TextureOptions::LINEAR)
+            ui.ctx().load_texture(name, picture, egui::TextureOptions::LINEAR)
         });
-        self.shown = Some(LampTextures {
-            pictures: pictures.clone(),
-            lamp,
-            textures,
-        });
+        self.shown = Some(LampTextures { pictures: pictures.clone(), lamp, textures });
     }
 }
 
 /// The list of lamps, and the pose.
 pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let lamps = context.project.map_or(&[][..], |p| &p.settings.shoot.lamps);
-    let shown = context
-        .state
-        .trained_lamp
-        .min(lamps.len().saturating_sub(1));
+    let shown = context.state.trained_lamp.min(lamps.len().saturating_sub(1));
     let name = |lamp: usize| lamps.get(lamp).map_or("", String::as_str);
     let label = ui.label(RichText::new("Lamp").size(13.0));
     let list = egui::ComboBox::from_id_salt("trained lamp")
@@ -112,9 +103,7 @@ pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
                 }
             }
         });
-    list.response
-        .labelled_by(label.id)
-        .on_hover_text("Keys: Page Up, Page Down");
+    list.response.labelled_by(label.id).on_hover_text("Keys: Page Up, Page Down");
     if let Some(pictures) = &context.training.pictures {
         let poses = context.project.map_or(&[][..], |p| &p.settings.shoot.poses);
         let pose = poses.get(pictures.pose).map_or("", String::as_str);

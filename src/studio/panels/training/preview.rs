@@ -118,27 +118,17 @@ mod tests {
     }
 
     fn said(preset: Preset, pace: Option<Pace>) -> Vec<String> {
-        let choice = TrainChoice {
-            preset,
-            ..TrainChoice::default()
-        };
+        let choice = TrainChoice { preset, ..TrainChoice::default() };
         let all = sentences(&project(), &choice, pace);
-        all.map(|(name, sentence)| format!("{name}: {sentence}"))
-            .into()
+        all.map(|(name, sentence)| format!("{name}: {sentence}")).into()
     }
 
     #[test]
     fn without_a_timed_run_only_what_is_known_is_said() {
         let quick = said(Preset::Quick, None);
-        assert_eq!(
-            quick[0],
-            "Data: 6 poses under 12 lamps, and 24 interview frames"
-        );
+        assert_eq!(quick[0], "Data: 6 poses under 12 lamps, and 24 interview frames");
         assert_eq!(quick[1], "Time: 10 min. Stop or pause at any time");
-        assert_eq!(
-            quick[2],
-            "Steps: as many as fit. The rate is known after the first seconds"
-        );
+        assert_eq!(quick[2], "Steps: as many as fit. The rate is known after the first seconds");
         assert!(quick[4].contains("every 30 s"), "{quick:?}");
         let paper = said(Preset::Paper, None);
         assert!(paper[1].starts_with("Time: known after"), "{paper:?}");

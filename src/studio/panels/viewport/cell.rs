@@ -62,22 +62,13 @@ impl CellUi {
         };
         let difference = format!("difference (FLIP × {gain})");
         let names = ["prediction", truth, difference.as_str()];
-        let size = vec2(
-            pictures.predicted.width as f32,
-            pictures.predicted.height as f32,
-        );
+        let size = vec2(pictures.predicted.width as f32, pictures.predicted.height as f32);
         let is_wide = rect.width() > 1.4 * rect.height();
         let third = |i: usize| {
             let share = |side: f32| side * i as f32 / 3.0;
             let (step, part) = match is_wide {
-                true => (
-                    vec2(share(rect.width()), 0.0),
-                    vec2(rect.width() / 3.0, rect.height()),
-                ),
-                false => (
-                    vec2(0.0, share(rect.height())),
-                    vec2(rect.width(), rect.height() / 3.0),
-                ),
+                true => (vec2(share(rect.width()), 0.0), vec2(rect.width() / 3.0, rect.height())),
+                false => (vec2(0.0, share(rect.height())), vec2(rect.width(), rect.height() / 3.0)),
             };
             Rect::from_min_size(rect.min + step, part).shrink(1.0)
         };
@@ -88,12 +79,7 @@ impl CellUi {
                 Some(_) => rect,
                 None => third(i),
             };
-            let picture = OnePicture {
-                which,
-                name,
-                texture: texture.id(),
-                size,
-            };
+            let picture = OnePicture { which, name, texture: texture.id(), size };
             picture.ui(ui, part, context, out);
         }
         true
@@ -113,11 +99,7 @@ impl CellUi {
                 let [predicted, truth, difference] = shown.textures;
                 (predicted, truth, Some(difference))
             }
-            _ => (
-                upload(&pictures.predicted, None),
-                upload(&pictures.truth, None),
-                None,
-            ),
+            _ => (upload(&pictures.predicted, None), upload(&pictures.truth, None), None),
         };
         let difference =
             SrgbPicture::of(&Encoded(pictures.difference.map(|flip| heat(gain * flip))));
@@ -175,11 +157,7 @@ fn bar_ui(
     ui.scope_builder(inner, |ui| {
         ui.horizontal_centered(|ui| {
             ui.spacing_mut().item_spacing.x = 2.0 * GAP;
-            let saved = context
-                .review
-                .saved
-                .as_ref()
-                .and_then(|saved| saved.as_ref().ok());
+            let saved = context.review.saved.as_ref().and_then(|saved| saved.as_ref().ok());
             let review = saved.and_then(|saved| saved.review.as_ref());
             if let Some((review, case)) = review.and_then(|r| Some((r, r.cases.get(case)?))) {
                 let lamp_name = review.lamps.get(lamp).map_or("", |name| name);
@@ -196,11 +174,9 @@ fn bar_ui(
                 ui.spacing_mut().item_spacing.x = GAP;
                 let (text, hint, to) = match enlarged {
                     None => ("Back", "To the picture. Key: Esc", ViewCommand::Cell(None)),
-                    Some(_) => (
-                        "All three",
-                        "Or click the picture. Key: Esc",
-                        ViewCommand::Enlarge(None),
-                    ),
+                    Some(_) => {
+                        ("All three", "Or click the picture. Key: Esc", ViewCommand::Enlarge(None))
+                    }
                 };
                 if ui.add(Button::new(text)).on_hover_text(hint).clicked() {
                     out.push(Command::View(to));

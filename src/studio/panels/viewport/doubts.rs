@@ -76,8 +76,7 @@ impl Doubts {
 /// What is known of a frame, or of the one before it that was looked at.
 fn shown(report: &ConfidenceReport, frame: usize) -> Option<&FrameConfidence> {
     let all = report.frames.iter();
-    all.rev()
-        .find(|known| (known.frame..known.frame + report.every.max(1)).contains(&frame))
+    all.rev().find(|known| (known.frame..known.frame + report.every.max(1)).contains(&frame))
 }
 
 /// Where the square that the network sees is, of a picture in `place`.
@@ -99,10 +98,7 @@ impl<'a> Values<'a> {
             let all = report.frames.iter().flat_map(of).copied();
             let mut all: Vec<f32> = all.filter(|value| *value > 0.0).collect();
             all.sort_unstable_by(f32::total_cmp);
-            let at = |share: f32| {
-                all.get((share * (all.len() as f32 - 1.0)) as usize)
-                    .copied()
-            };
+            let at = |share: f32| all.get((share * (all.len() as f32 - 1.0)) as usize).copied();
             (at(0.5).unwrap_or(0.0), at(0.99).unwrap_or(1.0))
         };
         if frame.errors.is_empty() {
@@ -146,11 +142,7 @@ impl<'a> Values<'a> {
         let (mut sum, mut weights) = (0.0, 0.0);
         for (dy, wy) in [(0, 1.0 - down), (1, down)] {
             for (dx, wx) in [(0, 1.0 - right), (1, right)] {
-                let value = self
-                    .cells
-                    .get((row + dy) * SIDE + column + dx)
-                    .copied()
-                    .unwrap_or(0.0);
+                let value = self.cells.get((row + dy) * SIDE + column + dx).copied().unwrap_or(0.0);
                 if value > 0.0 {
                     sum += wx * wy * value;
                     weights += wx * wy;
@@ -184,21 +176,13 @@ mod tests {
             cells[row * SIDE + 8] = 0.1;
             cells[row * SIDE + 9] = 0.3;
         }
-        let values = Values {
-            cells: &cells,
-            clear: 0.1,
-            opaque: 0.3,
-            words: String::new(),
-        };
+        let values = Values { cells: &cells, clear: 0.1, opaque: 0.3, words: String::new() };
         let middle = |column: f32| (column + 0.5) / SIDE as f32;
         let at = |column: f32| values.at(middle(column), 0.4);
         assert!((at(8.0) - 0.1).abs() < 1e-6 && (at(9.4) - 0.3).abs() < 1e-6);
         assert!((at(8.5) - 0.2).abs() < 1e-6);
         assert_eq!(at(2.0), 0.0);
-        assert_eq!(
-            (values.opacity(0.05), values.opacity(9.0)),
-            (0.0, MOST_OPAQUE)
-        );
+        assert_eq!((values.opacity(0.05), values.opacity(9.0)), (0.0, MOST_OPAQUE));
         assert!(values.at(0.0, 0.0).is_finite() && values.at(1.0, 1.0).is_finite());
         // Nothing outside the matte, whatever is expected there.
         let mask = Mask::from_fn(32, 32, |x, _| if x < 19 { 1.0 } else { 0.0 });

@@ -89,11 +89,8 @@ impl FourUi {
         let letter = FourLooks::LETTERS[place];
         let wanted = FourPicture::of(slot, state, context.looks, context.environments);
         let name = slot.name();
-        let response = ui.interact(
-            part,
-            ui.scope_id().with(("look", place)),
-            Sense::click_and_drag(),
-        );
+        let response =
+            ui.interact(part, ui.scope_id().with(("look", place)), Sense::click_and_drag());
         response
             .widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("{letter}: {name}")));
         let told = match &wanted {
@@ -113,11 +110,7 @@ impl FourUi {
                 .is_some_and(|version| version.look.is(&state.look, state.frame)),
         };
         if is_present || response.hovered() {
-            let color = if is_present {
-                theme::ACCENT
-            } else {
-                theme::TEXT
-            };
+            let color = if is_present { theme::ACCENT } else { theme::TEXT };
             let edge = Stroke::new(2.0, color);
             (ui.painter()).rect_stroke(part, 0.0, edge, StrokeKind::Inside);
         }
@@ -189,29 +182,20 @@ fn menu_ui(
     let [height, width] = MENU;
     let corner: Pos2 = part.min + vec2(GAP, GAP);
     let right = part.right() - GAP;
-    let area = Rect::from_min_max(
-        corner,
-        pos2((corner.x + width).min(right), corner.y + height),
-    );
+    let area = Rect::from_min_max(corner, pos2((corner.x + width).min(right), corner.y + height));
     let now = context.state.four.slots[place].clone();
     let set = |slot| Command::Looks(LooksCommand::Place(place, slot));
     ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
         let text = RichText::new(format!("{letter}  {name}")).strong();
         let button = Button::new(text).truncate();
         let menu = MenuButton::from_button(button).ui(ui, |ui| {
-            if ui
-                .selectable_label(now == FourSlot::Present, "Current look")
-                .clicked()
-            {
+            if ui.selectable_label(now == FourSlot::Present, "Current look").clicked() {
                 out.push(set(FourSlot::Present));
             }
             if let Some((id, number)) = look_list_ui(ui, context, &now) {
                 out.push(set(FourSlot::Stored(id, number)));
             }
-            if ui
-                .selectable_label(now == FourSlot::Empty, "Nothing")
-                .clicked()
-            {
+            if ui.selectable_label(now == FourSlot::Empty, "Nothing").clicked() {
                 out.push(set(FourSlot::Empty));
             }
         });

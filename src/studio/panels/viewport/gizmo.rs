@@ -71,11 +71,7 @@ fn face_ui(painter: &Painter, center: Pos2, color: Color32) {
     for side in [-1.0, 1.0] {
         painter.circle_filled(center + vec2(side * HEAD, 0.0), 2.5, color);
     }
-    let nose = [
-        vec2(-3.0, HEAD - 1.5),
-        vec2(3.0, HEAD - 1.5),
-        vec2(0.0, HEAD + 4.0),
-    ];
+    let nose = [vec2(-3.0, HEAD - 1.5), vec2(3.0, HEAD - 1.5), vec2(0.0, HEAD + 4.0)];
     let nose = nose.map(|corner| center + corner);
     painter.add(Shape::convex_polygon(nose.into(), color, Stroke::NONE));
     painter.circle_filled(center, HEAD, color);
@@ -85,12 +81,7 @@ fn face_ui(painter: &Painter, center: Pos2, color: Color32) {
 fn camera_ui(painter: &Painter, at: Pos2, color: Color32) {
     let body = Rect::from_center_size(at + vec2(0.0, 2.0), vec2(14.0, 8.0));
     painter.rect_filled(body, 1.5, color);
-    let lens = [
-        vec2(-3.0, -2.0),
-        vec2(3.0, -2.0),
-        vec2(5.0, -6.0),
-        vec2(-5.0, -6.0),
-    ];
+    let lens = [vec2(-3.0, -2.0), vec2(3.0, -2.0), vec2(5.0, -6.0), vec2(-5.0, -6.0)];
     let lens = lens.map(|corner| at + corner);
     painter.add(Shape::convex_polygon(lens.into(), color, Stroke::NONE));
 }
@@ -132,16 +123,10 @@ mod tests {
     #[test]
     fn a_drag_turns_by_as_much_as_it_goes_around_the_middle() {
         let at = |yaw| on_ring(Pos2::ZERO, yaw) - Pos2::ZERO;
-        for (from, to, turn) in [
-            (0.0, 30.0, 30.0),
-            (170.0, -170.0, 20.0),
-            (-170.0, 170.0, -20.0),
-            (90.0, 90.0, 0.0),
-        ] {
-            assert!(
-                (turned(at(from), at(to)) - turn).abs() < 1e-3,
-                "{from} {to}"
-            );
+        for (from, to, turn) in
+            [(0.0, 30.0, 30.0), (170.0, -170.0, 20.0), (-170.0, 170.0, -20.0), (90.0, 90.0, 0.0)]
+        {
+            assert!((turned(at(from), at(to)) - turn).abs() < 1e-3, "{from} {to}");
         }
         assert_eq!(turned(vec2(1.0, 0.0), at(-90.0)), 0.0);
         assert_eq!(turned(at(90.0), vec2(-2.0, 1.0)), 0.0);

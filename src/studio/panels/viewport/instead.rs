@@ -21,11 +21,7 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
     let failure = status.failure.as_ref().map(|text| (text, theme::WARNING));
     let said = status.job.as_ref().and_then(|job| job.said.as_ref());
-    let message = status
-        .message
-        .as_ref()
-        .or(said)
-        .filter(|_| !context.is_live());
+    let message = status.message.as_ref().or(said).filter(|_| !context.is_live());
     let message = message.map(|text| (text, theme::QUIET));
     for (text, color) in failure.into_iter().chain(message) {
         ui.colored_label(color, text);

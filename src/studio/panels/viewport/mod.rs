@@ -123,10 +123,7 @@ impl ViewportTextures {
                 CompareMode::Wipe => share.x >= context.state.wipe,
             };
         inside.then_some((
-            [
-                pixel(share.x, self.relit.width),
-                pixel(share.y, self.relit.height),
-            ],
+            [pixel(share.x, self.relit.width), pixel(share.y, self.relit.height)],
             second,
         ))
     }
@@ -135,10 +132,7 @@ impl ViewportTextures {
 impl ViewportPanel {
     /// One that draws textures of this GPU.
     pub fn drawn_with(window: RenderState) -> Self {
-        Self {
-            native: NativeTexture::of(window),
-            ..Self::default()
-        }
+        Self { native: NativeTexture::of(window), ..Self::default() }
     }
 
     /// Points per pixel of the fitted picture; 0 before the first picture.
@@ -340,11 +334,8 @@ fn pictures_ui(
         }
         (Some(second), CompareMode::Toggle) => {
             let (place, fit) = placed(rect, size, context);
-            let (texture, name) = if compare.second {
-                (second, name())
-            } else {
-                (first_texture, first())
-            };
+            let (texture, name) =
+                if compare.second { (second, name()) } else { (first_texture, first()) };
             paint(ui, rect, texture, place, (0.0, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &name);
             (place, fit)
@@ -392,21 +383,15 @@ fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) 
     }
     let response = ui.interact(line, ui.scope_id().with("wipe line"), Sense::drag());
     response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(wipe), "Wipe"));
-    let color = if response.hovered() || response.dragged() {
-        Color32::WHITE
-    } else {
-        theme::ACCENT
-    };
+    let color =
+        if response.hovered() || response.dragged() { Color32::WHITE } else { theme::ACCENT };
     let painter = ui.painter().with_clip_rect(rect);
     painter.vline(x, line.y_range(), egui::Stroke::new(1.5, color));
     painter.circle_filled(pos2(x, place.center().y), 5.0, color);
     if response.hovered() || response.dragged() {
         ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
     }
-    if let Some(at) = response
-        .interact_pointer_pos()
-        .filter(|_| response.dragged())
-    {
+    if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
         out.push(wipe_to(place, at));
     }
 }
@@ -448,9 +433,7 @@ fn gestures(
             ))),
         }
     } else if by(PointerButton::Secondary) && shift {
-        out.push(Command::Look(LookCommand::Turn(
-            delta.x * DEGREES_PER_POINT,
-        )));
+        out.push(Command::Look(LookCommand::Turn(delta.x * DEGREES_PER_POINT)));
     } else if by(PointerButton::Middle) {
         out.push(Command::View(ViewCommand::Pan(delta.into())));
     }
@@ -504,10 +487,7 @@ fn region_ui(ui: &Ui, rect: Rect, place: Rect, shown: &ViewportTextures, context
         false => &[(rect, 0.0)],
     };
     for &(clip, by) in sides {
-        let (painter, edge) = (
-            ui.painter().with_clip_rect(clip),
-            edge.translate(vec2(by, 0.0)),
-        );
+        let (painter, edge) = (ui.painter().with_clip_rect(clip), edge.translate(vec2(by, 0.0)));
         for (width, color) in [(3.0, Color32::BLACK), (1.0, theme::ACCENT)] {
             painter.rect_stroke(edge, 0.0, Stroke::new(width, color), StrokeKind::Middle);
         }

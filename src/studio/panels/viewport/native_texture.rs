@@ -38,10 +38,7 @@ pub struct NativeTexture {
 
 impl NativeTexture {
     pub fn of(window: RenderState) -> Self {
-        Self {
-            window: Some(window),
-            id: None,
-        }
+        Self { window: Some(window), id: None }
     }
 
     /// Has egui draw this picture from now on; None if it is on another GPU than the window.

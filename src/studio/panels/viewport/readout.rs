@@ -52,9 +52,9 @@ impl Reading {
 
     /// The codes, and the light if it is known.
     pub fn text(&self) -> String {
-        let light = self.linear.map_or(String::new(), |[r, g, b]| {
-            format!("   linear {r:.4} {g:.4} {b:.4}")
-        });
+        let light = self
+            .linear
+            .map_or(String::new(), |[r, g, b]| format!("   linear {r:.4} {g:.4} {b:.4}"));
         format!("{}{light}", self.codes_text())
     }
 }
@@ -149,23 +149,16 @@ pub fn readings(
                     codes.map(f32::from)
                 })),
             };
-            shown.map(|codes| Reading {
-                name: "relit".to_owned(),
-                codes,
-                linear,
-                is_mean,
-            })
+            shown.map(|codes| Reading { name: "relit".to_owned(), codes, linear, is_mean })
         }
     };
     let second = relit.second.as_ref().filter(|_| compare.on);
-    let second = second
-        .and_then(|(_, codes)| pixel(codes, &relit.whole[1]))
-        .map(|codes| Reading {
-            name: Side::Second.name(context, relit),
-            codes,
-            linear: None,
-            is_mean,
-        });
+    let second = second.and_then(|(_, codes)| pixel(codes, &relit.whole[1])).map(|codes| Reading {
+        name: Side::Second.name(context, relit),
+        codes,
+        linear: None,
+        is_mean,
+    });
     first.into_iter().chain(second).collect()
 }
 
@@ -206,11 +199,7 @@ impl Detail {
 
 /// Adds to a line of the strip.
 fn append(job: &mut LayoutJob, text: &str, color: Color32) {
-    let format = TextFormat {
-        font_id: FontId::monospace(12.0),
-        color,
-        ..TextFormat::default()
-    };
+    let format = TextFormat { font_id: FontId::monospace(12.0), color, ..TextFormat::default() };
     job.append(text, 0.0, format);
 }
 
@@ -267,11 +256,7 @@ pub fn strip_ui(
     let values = [Detail::All, Detail::Codes, Detail::Letters].map(|detail| {
         let mut job = LayoutJob::default();
         for (text, is_bright) in detail.parts(found, shown) {
-            append(
-                &mut job,
-                &text,
-                if is_bright { theme::TEXT } else { theme::QUIET },
-            );
+            append(&mut job, &text, if is_bright { theme::TEXT } else { theme::QUIET });
         }
         job
     });
@@ -306,9 +291,7 @@ pub fn strip_ui(
 /// Loop, zoom and what fits the picture, at the right end of the strip.
 fn buttons_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
     // Beside the first line alone.
-    let rect = rect
-        .with_max_y(rect.top() + LINE + 3.0)
-        .shrink2(vec2(GAP, 1.0));
+    let rect = rect.with_max_y(rect.top() + LINE + 3.0).shrink2(vec2(GAP, 1.0));
     ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
@@ -347,9 +330,7 @@ pub fn legend_ui(ui: &Ui, rect: Rect) {
     const ROW: f32 = 17.0;
     let clipped = (Some(CLIPPED), "clipped: white or brighter");
     let zones = LEGEND.map(|zone| (zone.color, zone.name));
-    let rows: Vec<_> = std::iter::once(clipped)
-        .chain(zones.into_iter().rev())
-        .collect();
+    let rows: Vec<_> = std::iter::once(clipped).chain(zones.into_iter().rev()).collect();
     let painter = ui.painter().with_clip_rect(rect);
     let font = FontId::proportional(12.0);
     let size = vec2(250.0, ROW * rows.len() as f32 + GAP);
@@ -384,10 +365,7 @@ mod tests {
             is_mean: true,
             ..pixel
         };
-        assert_eq!(
-            mean.text(),
-            "  7.2  42.1 255.0   linear 0.5000 0.0000 1.2500"
-        );
+        assert_eq!(mean.text(), "  7.2  42.1 255.0   linear 0.5000 0.0000 1.2500");
     }
 
     #[test]
@@ -407,18 +385,9 @@ mod tests {
         };
         let light = "   linear 0.5000 0.5000 0.5000";
         for (detail, said) in [
-            (
-                Detail::All,
-                format!("A relit    1   2   3{light}   B sky    1   2   3"),
-            ),
-            (
-                Detail::Codes,
-                "A relit    1   2   3   B sky    1   2   3".to_owned(),
-            ),
-            (
-                Detail::Letters,
-                "A     1   2   3   B     1   2   3".to_owned(),
-            ),
+            (Detail::All, format!("A relit    1   2   3{light}   B sky    1   2   3")),
+            (Detail::Codes, "A relit    1   2   3   B sky    1   2   3".to_owned()),
+            (Detail::Letters, "A     1   2   3   B     1   2   3".to_owned()),
         ] {
             assert_eq!(text(detail, &found), said);
         }

@@ -42,10 +42,7 @@ pub fn name(with: &Reference, context: &PanelContext) -> String {
     match with {
         Reference::Plate => "interview frame".to_owned(),
         Reference::Environment(origin) => {
-            let entry = context
-                .environments
-                .iter()
-                .find(|e| e.listed.origin == *origin);
+            let entry = context.environments.iter().find(|e| e.listed.origin == *origin);
             entry.map_or_else(|| origin.to_string(), |entry| context.title(entry))
         }
         Reference::Look(id, number) => FourSlot::Stored(id.clone(), *number).name(),
@@ -125,11 +122,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     first_ui(ui, context, out);
     let against = |reference| {
         let compare = compare.clone();
-        Command::View(ViewCommand::Compare(CompareSettings {
-            on: true,
-            reference,
-            ..compare
-        }))
+        Command::View(ViewCommand::Compare(CompareSettings { on: true, reference, ..compare }))
     };
     let b = RichText::new("B").color(theme::QUIET);
     let (text, button) = if compare.on {
@@ -137,10 +130,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let button = Button::new((b, short(&name)));
         (format!("Against {name}"), button)
     } else {
-        (
-            "Compare".to_owned(),
-            Button::new((b, icons::COMPARE, "Compare")),
-        )
+        ("Compare".to_owned(), Button::new((b, icons::COMPARE, "Compare")))
     };
     let menu = MenuButton::from_button(button).ui(ui, |ui| {
         if ui.selectable_label(!compare.on, "Nothing").clicked() {
@@ -170,19 +160,12 @@ fn first_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let set = |first: Option<Reference>| {
         let compare = compare.clone();
         let on = compare.on || first.is_some();
-        Command::View(ViewCommand::Compare(CompareSettings {
-            on,
-            first,
-            ..compare
-        }))
+        Command::View(ViewCommand::Compare(CompareSettings { on, first, ..compare }))
     };
     let shown = short(&text);
     let button = Button::new((RichText::new("A").color(theme::QUIET), shown.as_str()));
     let menu = MenuButton::from_button(button).ui(ui, |ui| {
-        if ui
-            .selectable_label(first.is_none(), "Relit picture")
-            .clicked()
-        {
+        if ui.selectable_label(first.is_none(), "Relit picture").clicked() {
             out.push(set(None));
         }
         pictures_ui(ui, context, first, out, |with| set(Some(with)));
@@ -220,15 +203,11 @@ fn mode_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 /// The list of what differences are multiplied by.
 pub fn gain_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let now = context.state.gain;
-    let list = ComboBox::from_id_salt("difference gain")
-        .selected_text(format!("× {now}"))
-        .width(56.0);
+    let list =
+        ComboBox::from_id_salt("difference gain").selected_text(format!("× {now}")).width(56.0);
     let response = list.show_ui(ui, |ui| {
         for gain in GAINS {
-            if ui
-                .selectable_label(gain == now, format!("× {gain}"))
-                .clicked()
-            {
+            if ui.selectable_label(gain == now, format!("× {gain}")).clicked() {
                 out.push(Command::View(ViewCommand::Gain(gain)));
             }
         }
@@ -342,10 +321,7 @@ fn table_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let back = Button::new(RichText::new(format!("LUT {name} ×")).color(theme::ACCENT));
     let hint = "Show the picture without the table. Export says whether one is baked in.";
     if ui.add(back).on_hover_text(hint).clicked() {
-        let options = ExportOptions {
-            show_table: false,
-            ..options.clone()
-        };
+        let options = ExportOptions { show_table: false, ..options.clone() };
         out.push(Command::Export(ExportCommand::Options(Box::new(options))));
     }
 }

@@ -112,11 +112,7 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             let mut choose = |ui: &mut Ui, view: Option<ViewTransform>, name: &str| {
                 let is_now = configured.is_none() && viewing.view == view;
                 if ui.selectable_label(is_now, name).clicked() {
-                    let viewing = Viewing {
-                        view,
-                        through: None,
-                        ..viewing.clone()
-                    };
+                    let viewing = Viewing { view, through: None, ..viewing.clone() };
                     out.push(Command::View(ViewCommand::LookThrough(None)));
                     out.push(Command::View(ViewCommand::Viewing(viewing)));
                 }
@@ -139,9 +135,7 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 /// The menu of channels.
 fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let now = context.state.inspection;
-    let looked = SHOWN
-        .iter()
-        .find(|(one, ..)| *one == now && *one != Inspection::Picture);
+    let looked = SHOWN.iter().find(|(one, ..)| *one == now && *one != Inspection::Picture);
     let icon = RichText::new(icons::CHANNELS).size(16.0);
     let button = match looked {
         Some((_, name, _)) => Button::new((icon, RichText::new(*name).color(theme::VIEWING))),
@@ -155,10 +149,7 @@ fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             }
         }
     });
-    called(
-        menu.0.on_hover_text("Which channel is shown"),
-        "Channels".to_owned(),
-    );
+    called(menu.0.on_hover_text("Which channel is shown"), "Channels".to_owned());
 }
 
 /// What is shown in place of the picture, in words.
@@ -177,12 +168,7 @@ fn inspected(inspection: Inspection) -> Option<&'static str> {
 
 /// What is changed for looking; None if the picture is shown as it is exported.
 pub fn words(viewing: &Viewing, inspection: Inspection) -> Option<String> {
-    let Viewing {
-        exposure_stops,
-        gamma,
-        view,
-        through,
-    } = viewing;
+    let Viewing { exposure_stops, gamma, view, through } = viewing;
     let mut changes = Vec::new();
     changes.extend(inspected(inspection).map(str::to_owned));
     if *exposure_stops != 0.0 {
