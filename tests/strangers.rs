@@ -386,6 +386,6 @@ fn a_command_of_any_words_is_parsed_or_refused() {
         }
         Ok(())
     });
-    shown!(Strangers, "Commands, settings and time codes of any words and numbers", danger: "a crash",
+    shown!(Strangers, "Malformed command lines, settings and time codes", danger: "a crash",
         done: "what cannot be is a usage error", bound: "exit code 2", measured: measured);
 }

@@ -25,13 +25,9 @@ pub struct CalibrateSettings {
     /// fitting them.
     #[arg(long = "gamma", value_name = "RESPONSE[,EXPOSURE]", conflicts_with = "comparison")]
     pub trial: Option<Trial>,
-    /// Leave the OLATs as they are. Else it is looked whether the subject moved while the lamps went round, and exemplars
-    /// are freed of a motion that is found, which takes a second or two for each pose.
+    /// Skip motion compensation between OLATs, which takes a second or two for each pose.
     #[arg(long)]
     pub keep_motion: bool,
-    /// What is done without it too; scripts may still give it.
-    #[arg(long, hide = true, conflicts_with = "keep_motion")]
-    pub correct_motion: bool,
 }
 
 /// A camera response set by hand, and the interview's exposure.

@@ -47,7 +47,7 @@ pub struct CheckArgs {
     output: OutputArgs,
 }
 
-/// What is asked of a shot.
+/// Delivery requirements of a shot.
 #[derive(Debug, Args)]
 struct ShotArgs {
     /// Write what is found of a shot to this file, with the hash of each frame.
@@ -194,7 +194,7 @@ impl CheckArgs {
                 "Export the frames again that are named, and check the shot again",
             )),
             ([], Some(open)) if self.strict => Err(Error::invalid(
-                format!("{shot} could not be checked wholly. {}", open.sentence),
+                format!("{shot} could not be fully checked. {}", open.sentence),
                 "Check without --strict if that is meant so",
             )),
             _ => Ok(()),

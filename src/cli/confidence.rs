@@ -20,12 +20,6 @@ pub struct ConfidenceArgs {
     project: PathBuf,
     #[command(flatten)]
     settings: ConfidenceSettings,
-    /// Accepted from earlier versions, without effect.
-    #[arg(long, hide = true)]
-    errors: Option<f64>,
-    /// Accepted from earlier versions, without effect.
-    #[arg(long, hide = true)]
-    device: Option<gpu::DeviceChoice>,
     #[command(flatten)]
     pub output: OutputArgs,
 }

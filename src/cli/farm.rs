@@ -111,7 +111,7 @@ pub struct FarmChunkArgs {
     /// Where the network runs [default: as the job says].
     #[arg(long, value_enum, conflicts_with = "task")]
     device: Option<DeviceChoice>,
-    /// The footage's folder, if this machine sees it elsewhere than the one that wrote the job.
+    /// The footage's folder, if it is mounted at another path here.
     #[arg(long, value_name = "DIR", conflicts_with = "task")]
     shoot: Option<PathBuf>,
     #[command(flatten)]
@@ -136,7 +136,7 @@ impl FarmChunkArgs {
 pub struct FarmAssembleArgs {
     /// The job's folder.
     job: PathBuf,
-    /// The footage's folder, if this machine sees it elsewhere than the one that wrote the job.
+    /// The footage's folder, if it is mounted at another path here.
     #[arg(long, value_name = "DIR")]
     shoot: Option<PathBuf>,
     #[command(flatten)]

@@ -34,7 +34,7 @@ pub struct TrainingArgs {
     /// The preset that the settings start from.
     #[arg(long, value_enum, default_value = "quick")]
     preset: Preset,
-    /// How exactly convolutions multiply on a CPU.
+    /// Precision of convolutions on a CPU.
     #[arg(long, value_enum)]
     precision: Option<Precision>,
     /// End after this many minutes of training, including earlier runs.

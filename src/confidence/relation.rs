@@ -139,7 +139,7 @@ impl Relation {
     }
 }
 
-/// The smallest value that at least this share of all do not exceed.
+/// The `share` quantile.
 fn quantile(values: &mut [f64], share: f64) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let rank = (share * values.len() as f64).ceil().max(1.0) as usize;

@@ -206,7 +206,7 @@ impl PinnedFile {
         Err(Error::codec(
             "read",
             &path,
-            "it is not what it was when the job was written: its hash is another",
+            "changed since the job was written (hash mismatch)",
             REMEDY,
         ))
     }

@@ -35,7 +35,7 @@ pub fn read_sealed(path: &Path, remedy: impl Into<Remedy>) -> Result<String> {
     if let Some((sum, rest)) = sealed
         && sum != format!("{:08x}", crc32fast::hash(rest.as_bytes()))
     {
-        let problem = "it is not as it was written: its checksum is another";
+        let problem = "checksum mismatch: damaged, or edited by hand";
         return Err(Error::codec("read", path, problem, remedy));
     }
     Ok(text)

@@ -33,7 +33,7 @@ pub struct UNetConfig {
     pub statistics: Statistics,
     /// What the sigmoid's output stands for.
     pub formulation: Formulation,
-    /// How exactly convolutions multiply on a CPU, and whether a GPU predicts in f16.
+    /// Precision of convolutions on a CPU; `half` also predicts in f16 on a GPU.
     #[serde(default)]
     pub precision: Precision,
 }

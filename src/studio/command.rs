@@ -27,7 +27,7 @@ use std::path::PathBuf;
 use tradeoff::TradeoffSettings;
 use worker::Need;
 
-/// One wish, by who handles it.
+/// A command, grouped by its handler.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
     Look(LookCommand),

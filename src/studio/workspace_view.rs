@@ -5,8 +5,8 @@ use super::layout::{BORDER, Pane, TABS_HEIGHT};
 use super::panel_context::PanelContext;
 use super::panels::{
     AccuracyPanel, ChecksPanel, EffectsPanel, EnvironmentsPanel, ExportPanel, FootagePanel,
-    GammaPanel, LampSheetPanel, LightPanel, LogPanel, LooksPanel, PicturePanel, ProbePanel,
-    ProjectPanel, ReviewPanel, ScopesPanel, TimelinePanel, TrainingPanel, ViewportPanel,
+    GammaPanel, LampSheetPanel, LightPanel, LooksPanel, PicturePanel, ProbePanel, ProjectPanel,
+    ReviewPanel, ScopesPanel, TimelinePanel, TrainingPanel, ViewportPanel, log_ui,
 };
 use super::theme::{self, GAP};
 use eframe::egui_wgpu::RenderState;
@@ -35,7 +35,6 @@ pub struct Panels {
     training: TrainingPanel,
     export: ExportPanel,
     checks: ChecksPanel,
-    log: LogPanel,
     scopes: ScopesPanel,
 }
 
@@ -134,7 +133,7 @@ impl WorkspaceView<'_> {
             Pane::Accuracy => padded(ui, |ui| panels.accuracy.ui(ui, context, out)),
             Pane::Export => padded(ui, |ui| panels.export.ui(ui, context, out)),
             Pane::Checks => padded(ui, |ui| panels.checks.ui(ui, context, out)),
-            Pane::Log => padded(ui, |ui| panels.log.ui(ui, context, out)),
+            Pane::Log => padded(ui, |ui| log_ui(ui, context, out)),
         }
     }
 }

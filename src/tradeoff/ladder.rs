@@ -29,11 +29,11 @@ pub struct TradeoffSettings {
     #[arg(long, value_name = "MINUTES", value_parser = base_minutes, conflicts_with = "budget")]
     #[serde(default)]
     pub base_minutes: Option<f64>,
-    /// Begin no further rung after so many minutes by the clock; run again to go on. The base is measured in any case.
+    /// Start no new setting after this many minutes; run again to go on. The base is measured in any case.
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     #[serde(skip)]
     pub within: Option<f64>,
-    /// Turn these knobs alone [default: all].
+    /// Vary only these settings [default: all].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "KNOB")]
     pub knobs: Vec<Knob>,
     /// Train and measure each rung with so many seeds, 1 to 20; the budget is shared among them. The base and its lengths of

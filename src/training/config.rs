@@ -33,7 +33,7 @@ pub struct TrainingConfig {
     /// Whose statistics batch normalisation uses when predicting.
     pub statistics: Statistics,
     pub formulation: Formulation,
-    /// How exactly convolutions multiply on a CPU.
+    /// Precision of convolutions on a CPU.
     pub precision: Precision,
     /// Weight of the reconstruction loss, λ1.
     pub reconstruction: f32,

@@ -69,7 +69,7 @@ pub struct TroubleSettings {
     /// Dust on the mirror ball: share of the light that it scatters, from 0 to 1.
     #[arg(long, value_name = "SHARE")]
     pub dust: Option<f32>,
-    /// A room about the stage that reflects the lamps' light: how much of it, from 0 (black cloth) to 1.
+    /// Room albedo: share of the lamps' light that the stage's room reflects, from 0 (black cloth) to 1.
     #[arg(long, value_name = "SHARE")]
     pub room: Option<f32>,
     /// The mirror ball reflects the photographer and the camera.

@@ -27,7 +27,7 @@ const FORMAT: u32 = 1;
 /// The longest certificate that is read, in bytes: a million frames with some files beside each.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// What is asked of a shot.
+/// Delivery requirements of a shot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CertifySettings {
     /// The first and the last frame that have to be there. None for those that are.

@@ -40,7 +40,7 @@ use burn::tensor::{DType, Int, Tensor, TensorData, activation};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-/// How exactly convolutions multiply on a CPU: accuracy against time. Sums are f32 in each.
+/// Precision of convolutions on a CPU: accuracy against time. Sums are f32 in each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {

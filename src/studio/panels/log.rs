@@ -1,10 +1,8 @@
-//! The log: messages of jobs, and errors with what to do about them, to read again and to copy. Beside it the hard
-//! cases that are tested.
+//! The log: messages of jobs, and errors with what to do about them, to read again and to copy.
 
 use crate::command::{Command, WindowCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
-use crate::panels::hard_cases::hard_cases_ui;
 use crate::status::{LogLine, Severity};
 use crate::theme::{self, GAP};
 use egui::{Rect, RichText, ScrollArea, Ui, UiBuilder};
@@ -15,53 +13,38 @@ const BUTTONS: f32 = 104.0;
 /// Width in points below which they are above the lines.
 const NARROW: f32 = 420.0;
 
-#[derive(Default)]
-pub struct LogPanel {
-    /// The hard cases lie over the window.
-    hard_cases: bool,
+/// Draws the log.
+pub fn log_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let lines = &context.status.log;
+    let rect = ui.available_rect_before_wrap();
+    if rect.width() < NARROW {
+        ui.horizontal(|ui| buttons_ui(ui, lines, out));
+        lines_ui(ui, lines);
+    } else {
+        // Beside the lines, of which more are seen so.
+        let middle = rect.right() - BUTTONS;
+        let part = |rect: Rect| UiBuilder::new().max_rect(rect);
+        ui.scope_builder(part(rect.with_max_x(middle - GAP)), |ui| {
+            lines_ui(ui, lines);
+        });
+        ui.scope_builder(part(rect.with_min_x(middle)), |ui| {
+            buttons_ui(ui, lines, out);
+        });
+        ui.advance_cursor_after_rect(rect);
+    }
 }
 
-impl LogPanel {
-    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let lines = &context.status.log;
-        let rect = ui.available_rect_before_wrap();
-        if rect.width() < NARROW {
-            ui.horizontal(|ui| self.buttons_ui(ui, lines, out));
-            lines_ui(ui, lines);
-        } else {
-            // Beside the lines, of which more are seen so.
-            let middle = rect.right() - BUTTONS;
-            let part = |rect: Rect| UiBuilder::new().max_rect(rect);
-            ui.scope_builder(part(rect.with_max_x(middle - GAP)), |ui| {
-                lines_ui(ui, lines);
-            });
-            ui.scope_builder(part(rect.with_min_x(middle)), |ui| {
-                self.buttons_ui(ui, lines, out);
-            });
-            ui.advance_cursor_after_rect(rect);
-        }
-        egui::Window::new("Hard cases and how they are handled")
-            .open(&mut self.hard_cases)
-            .collapsible(false)
-            .default_size([680.0, 420.0])
-            .show(ui.ctx(), hard_cases_ui);
+fn buttons_ui(ui: &mut Ui, lines: &VecDeque<LogLine>, out: &mut Vec<Command>) {
+    if lines.is_empty() {
+        return;
     }
-
-    fn buttons_ui(&mut self, ui: &mut Ui, lines: &VecDeque<LogLine>, out: &mut Vec<Command>) {
-        ui.spacing_mut().item_spacing.y = 2.0;
-        if ui.button("Hard cases…").clicked() {
-            self.hard_cases = true;
-        }
-        if lines.is_empty() {
-            return;
-        }
-        if icons::worded_ui(ui, icons::COPY, "Copy all").clicked() {
-            let text: Vec<String> = lines.iter().map(ToString::to_string).collect();
-            ui.ctx().copy_text(text.join("\n"));
-        }
-        if ui.button("Clear").clicked() {
-            out.push(Command::Window(WindowCommand::ClearLog));
-        }
+    ui.spacing_mut().item_spacing.y = 2.0;
+    if icons::worded_ui(ui, icons::COPY, "Copy all").clicked() {
+        let text: Vec<String> = lines.iter().map(ToString::to_string).collect();
+        ui.ctx().copy_text(text.join("\n"));
+    }
+    if ui.button("Clear").clicked() {
+        out.push(Command::Window(WindowCommand::ClearLog));
     }
 }
 

@@ -16,7 +16,7 @@ use project::Project;
 pub fn tools_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     segments_ui(ui, |ui| {
         for (name, hint, on) in [
-            ("Framing", "Choose the square that is used", false),
+            ("Framing", "Set the crop", false),
             ("Paint matte", "Paint what belongs to the person. Key: M", true),
         ] {
             let tool = Button::selectable(context.matte.on == on, name);

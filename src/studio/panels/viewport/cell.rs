@@ -173,7 +173,7 @@ fn bar_ui(
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = GAP;
                 let (text, hint, to) = match enlarged {
-                    None => ("Back", "To the picture. Key: Esc", ViewCommand::Cell(None)),
+                    None => ("Back", "Exit to the picture. Key: Esc", ViewCommand::Cell(None)),
                     Some(_) => {
                         ("All three", "Or click the picture. Key: Esc", ViewCommand::Enlarge(None))
                     }

@@ -222,7 +222,7 @@ fn bar_ui(
             ui.strong("Four looks");
             ui.label(format!("frame {}", context.state.frame));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let hint = "To the picture. Keys: Esc, 4";
+                let hint = "Exit comparison. Keys: Esc, 4";
                 if ui.button("Back").on_hover_text(hint).clicked() {
                     out.push(Command::Looks(LooksCommand::ToggleFour));
                 }
