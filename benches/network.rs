@@ -44,11 +44,11 @@ struct Options {
     /// Shapes of the network.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Shape::Quick, Shape::Paper])]
     shape: Vec<Shape>,
-    /// How exactly our convolutions multiply; PyTorch's are f32 unless `--peer` says otherwise. On a GPU
-    /// `half` predicts in f16, and training is f32 throughout.
+    /// Precision of our convolutions; PyTorch's are f32 unless `--peer` says otherwise. On a GPU `half` predicts in f16, and
+    /// training is f32 throughout.
     #[arg(long, value_enum, default_value_t)]
     precision: Precision,
-    /// Where both peers compute. On a GPU threads do not count, and memory is the GPU's.
+    /// Processor or GPU that both peers compute on. On a GPU threads do not count, and memory is the GPU's.
     #[arg(long, value_enum, default_value = "cpu")]
     device: DeviceChoice,
     /// Seconds for each of the two measurements of a case.
@@ -66,7 +66,7 @@ struct Options {
     /// Answer lines as a peer: what the driver starts.
     #[arg(long, hide = true)]
     serve: bool,
-    /// What cargo passes to benches.
+    /// Flag that cargo passes to benches.
     #[arg(long, hide = true)]
     bench: bool,
 }
@@ -441,7 +441,7 @@ fn race(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Whether this interpreter's PyTorch has a GPU to run on.
+/// True if this interpreter's PyTorch has a GPU to run on.
 fn has_cuda(python: &str) -> bool {
     let ask = "import sys, torch; sys.exit(not torch.cuda.is_available())";
     let asked = Command::new(python).args(["-c", ask]).status();

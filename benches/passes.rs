@@ -1,5 +1,5 @@
-//! What each pass costs beside what memory allows: `cargo bench --profile dev --bench passes`. It prints a
-//! table, or JSON, of which `make accuracy` makes the one in `docs/accuracy.md`.
+//! Cost of each pass beside what memory allows: `cargo bench --profile dev --bench passes`. It prints a table, or JSON, of
+//! which `make accuracy` makes the one in `docs/accuracy.md`.
 //!
 //! `afterlight device` measures the same within its minutes; `benchmark::passes` says how.
 
@@ -33,7 +33,7 @@ struct Options {
     /// Print JSON instead of a table.
     #[arg(long)]
     json: bool,
-    /// What cargo passes to benches.
+    /// Flag that cargo passes to benches.
     #[arg(long, hide = true)]
     bench: bool,
 }

@@ -1,4 +1,4 @@
-//! What light that is summed small and multiplies the plate costs, and how near it comes: `make bench-plate`. It prints
+//! Cost and accuracy of light that is summed small and multiplies the plate: `make bench-plate`. It prints
 //! two tables; `docs/accuracy.md` holds them.
 //!
 //! The first is time: the pass `plate` beside a copy of as many bytes as the plate has, and the whole picture while the
@@ -45,7 +45,7 @@ struct Options {
     /// Pictures of each kind.
     #[arg(long, default_value_t = 15)]
     rounds: usize,
-    /// What cargo passes to benches.
+    /// Flag that cargo passes to benches.
     #[arg(long, hide = true)]
     bench: bool,
 }
@@ -213,7 +213,7 @@ fn uncover(image: &mut Image, mask: &Mask) {
     inside.for_each(|(pixel, alpha)| *pixel = pixel.map(|v| v / alpha));
 }
 
-/// What enlarges a raster to so many columns and rows.
+/// A way to enlarge a raster to so many columns and rows.
 type Enlarge<T> = fn(&Raster<T>, usize, usize) -> Raster<T>;
 
 /// Enlarges within the matte alone.

@@ -44,7 +44,7 @@ struct Options {
     /// Print JSON instead of a table.
     #[arg(long)]
     json: bool,
-    /// What cargo passes to benches.
+    /// Flag that cargo passes to benches.
     #[arg(long, hide = true)]
     bench: bool,
 }
@@ -70,7 +70,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// What was timed of one way to sum at one size.
+/// Timing of one way to sum at one size.
 #[derive(Serialize)]
 struct Row {
     size: usize,

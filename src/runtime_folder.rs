@@ -21,7 +21,7 @@ pub fn name() {
     }
 }
 
-/// Whether libraries accept it: they want an absolute path.
+/// True if libraries accept it: they want an absolute path.
 fn is_valid(folder: Option<&OsStr>) -> bool {
     folder.is_some_and(|folder| Path::new(folder).is_absolute())
 }

@@ -39,7 +39,7 @@ fn a_small_shoot_goes_all_the_way() {
     has_keys(&lamps[0], &["name", "direction", "energy", "confidence"]);
     assert_eq!(calibration["interview_weights"][0].as_array().unwrap().len(), 3);
 
-    // Before any training the exemplars are carried over, and it is said.
+    // Before any training the exemplars are carried over, and a message says so.
     let untrained =
         ["relight", "film", "--environment", "nave", "--frames", "0", "--to", "untrained.png"];
     let said = afterlight(at, &untrained);
@@ -387,7 +387,7 @@ fn fields_are_kept_as_asked(at: &Path) {
     }
 }
 
-/// What burn times on a GPU is kept in the cache folder: a second run times nothing.
+/// Timings that burn takes on a GPU are kept in the cache folder: a second run times nothing.
 fn kernels_are_timed_once(at: &Path) {
     let log = at.join("kernels.log");
     // Earlier runs may have used a GPU.
@@ -405,7 +405,7 @@ fn kernels_are_timed_once(at: &Path) {
     }
 }
 
-/// Which way is front in a file is a yaw of its content, said for once or remembered in the project.
+/// The front of a file is a yaw of its content, said for once or remembered in the project.
 fn fronts_are_yaws_and_are_remembered(at: &Path) {
     let yard = image::Rgb32FImage::from_fn(64, 32, |x, y| {
         image::Rgb([if x < 20 && y < 16 { 9.0 } else { 0.3 }; 3])
@@ -778,7 +778,7 @@ fn nine_hundred_and_thirty_one_lamps_go_all_the_way() {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("from 4 to 931"));
 }
 
-/// What `make` does without a display, but for a shorter training.
+/// The work of `make` without a display, but with a shorter training.
 #[test]
 fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
     if !test_support::ffmpeg() {

@@ -1,4 +1,4 @@
-//! What is left when the program is killed, when the disk is full, and when two of them meet: everything, whole.
+//! Everything is left whole when the program is killed, when the disk is full, and when two of them meet.
 //!
 //! `AFTERLIGHT_CRASHES=200` kills each command so often, `AFTERLIGHT_CRASH_SEED` draws other moments, and
 //! `AFTERLIGHT_SHARED_SECONDS=30` has processes share a project for so long.
@@ -27,7 +27,7 @@ use test_support::accident::{age, contents, left_over};
 /// A trained project in a folder that also holds what is none of the program's business.
 struct Ground {
     folder: tempfile::TempDir,
-    /// What is outside of the project.
+    /// Files outside of the project.
     outside: BTreeMap<PathBuf, Vec<u8>>,
 }
 
@@ -103,7 +103,7 @@ impl Ground {
         assert!(output.status.success(), "{arguments:?}: {said}");
     }
 
-    /// What is outside of the project now.
+    /// Files outside of the project now.
     fn now_outside(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         let mut all = contents(&self.at("outside"));
         all.extend(contents(&self.at("shoot")));

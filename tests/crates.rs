@@ -53,7 +53,7 @@ fn only_who_runs_exports_hands_them_over() {
     assert_eq!(who_knows(&["handover"]), ["farm", "studio", "worker"]);
 }
 
-/// What the network and the compositor are checked against must not be made by them.
+/// The reference for the network and the compositor must not be made by them.
 #[test]
 fn the_virtual_stage_uses_neither_calibration_nor_compositor() {
     let ours: BTreeSet<String> = dependencies().into_keys().collect();

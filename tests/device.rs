@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use test_support::{Need, shown};
 
-/// What is timed is alone.
+/// Lock of the timed tests: each runs alone.
 fn turn() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
@@ -25,7 +25,7 @@ fn rows(device: &Value) -> &[Value] {
     device["rows"].as_array().expect("a device has rows")
 }
 
-/// What was timed is positive and within its spread; what was not says why.
+/// Number of timed rows. Each is positive and within its spread; a row that was not timed says why.
 fn sound(device: &Value) -> usize {
     let mut timed = 0;
     for row in rows(device) {

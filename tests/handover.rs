@@ -35,7 +35,7 @@ static FOLDER: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
-/// Where a shot goes, in a folder of its own: a name that is hard to write down.
+/// File name of a shot, in a folder of its own: a name that is hard to write down.
 const HARD_NAME: &str = "it's \"é\" {1}.%04d.exr";
 
 /// Relights the project and hands it over to a folder of its own; the figures, and that folder.

@@ -19,7 +19,7 @@ const FRAME_S: f64 = 1001.0 / 30000.0;
 /// The tone in the interview's first half, and in its second.
 const TONES_HZ: [f64; 2] = [500.0, 2000.0];
 
-/// What a program prints.
+/// Output of a program.
 fn output(program: &str, folder: &Path, arguments: &[&str]) -> Vec<u8> {
     let mut command = Command::new(program);
     let output = command.args(["-v", "error"]).args(arguments);
@@ -45,7 +45,7 @@ fn as_a_camera_writes_it(shoot: &Path) {
     std::fs::rename(shoot.join("camera.mov"), shoot.join("interview.mov")).unwrap();
 }
 
-/// What ffprobe says of a movie's pictures and of its sound.
+/// Report of ffprobe on a movie's pictures and on its sound.
 fn probed(folder: &Path, movie: &str) -> [Value; 2] {
     ["v", "a"].map(|stream| {
         let words = ["-count_frames", "-select_streams", stream, "-show_streams", "-of", "json"];

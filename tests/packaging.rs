@@ -1,4 +1,4 @@
-//! What the packages say of the program agrees with the program, and the notes of a version are its own.
+//! The packages' statements about the program agree with it, and the notes of a version are its own.
 #![cfg(target_os = "linux")]
 
 use afterlight::project::Project;
@@ -53,7 +53,7 @@ fn what_is_packed_is_there() {
     }
 }
 
-/// What dist packs for each system is there, and built as the package for Debian is.
+/// All files that dist packs for each system are there, and built as the package for Debian is.
 #[test]
 fn the_archives_of_each_system_are_built_of_what_there_is() {
     let dist: toml::Table = read("dist-workspace.toml").parse().unwrap();

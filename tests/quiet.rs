@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-/// What the program prints on stderr, where the session names `runtime` as its folder, or none.
+/// Output of the program on stderr, where the session names `runtime` as its folder, or none.
 fn printed(at: &Path, runtime: Option<&str>, arguments: &str) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterlight"));
     command

@@ -18,7 +18,7 @@ const LIBRARIES: [&str; 6] = [
 /// A system: a folder of programs, which is all that the script finds, its libraries and its drivers.
 struct System(tempfile::TempDir);
 
-/// What the script did.
+/// Result of the script.
 struct Run {
     code: Option<i32>,
     said: String,
@@ -94,7 +94,7 @@ impl System {
     }
 }
 
-/// What apt-get does that installs ffmpeg and a driver.
+/// Effect of an apt-get that installs ffmpeg and a driver.
 const INSTALLS: &str = "case $* in
 *install*) touch \"$SYSTEM/bin/ffmpeg\" \"$SYSTEM/drivers/software.json\"
     chmod +x \"$SYSTEM/bin/ffmpeg\" ;;

@@ -77,7 +77,7 @@ use std::time::{Duration, Instant};
 use test_shoot::TestShoot;
 use test_support::PATIENCE;
 
-/// How far a pixel of a snapshot may differ (YIQ distance), and how many may differ more: drivers
+/// Largest difference of a pixel of a snapshot (YIQ distance), and number of pixels that may differ more: drivers
 /// round the edges of text differently.
 const SNAPSHOT: (f32, usize) = (0.6, 40);
 
@@ -462,7 +462,7 @@ fn a_window_that_nobody_touches_asks_for_no_frame() {
     assert!(std::sync::Arc::ptr_eq(&newest, window.state().relit().unwrap()));
 }
 
-/// What a job is told to do next.
+/// Instruction to a job for its next step.
 type Word = fn(&Progress);
 
 /// Starts a job that does as it is told, and steps the window until it shows it. Without words it
@@ -749,7 +749,7 @@ fn vulkan_adapter() -> bool {
     !pollster::block_on(adapters).is_empty()
 }
 
-/// Where nothing can show a file dialog.
+/// Environment in which nothing can show a file dialog.
 const NO_DIALOGS: [(&str, &str); 2] =
     [("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"), ("PATH", "/nonexistent")];
 

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 /// Shorthand for results of this library.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What can go wrong, worded for the person who has to act on it. A `problem` names the file or setting and
-/// says what is wrong with it; a `remedy` says what to do. Both go without a full stop. Shown, an error names no command;
+/// An error, worded for the person who has to act on it. A `problem` names the file or setting and its fault;
+/// a `remedy` says what to do. Both go without a full stop. Shown, an error names no command;
 /// [`Self::for_terminal`] does.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -47,7 +47,7 @@ pub enum Error {
     Bug { problem: String },
 }
 
-/// What to do about a problem: in words, and how on the command line, which only a terminal is told.
+/// Remedy for a problem: in words, and as a command line, which only a terminal is told.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remedy {
     pub words: String,
@@ -86,7 +86,7 @@ impl<W: Into<String>, H: Into<String>> From<(W, H)> for Remedy {
     }
 }
 
-/// What the operating system or a reader said, in words and without the system's number.
+/// Words of the operating system or of a reader, without the system's number.
 pub fn io_words(error: &io::Error) -> String {
     let words = match error.kind() {
         // Who made the error has worded it.
@@ -116,7 +116,7 @@ pub fn io_words(error: &io::Error) -> String {
 /// Letters of a cause or problem that are shown.
 const LONGEST: usize = 1000;
 
-/// What a file or another program said, fit to be shown: not endless, and without characters that steer a terminal.
+/// Words of a file or of another program, fit to be shown: not endless, and without characters that steer a terminal.
 fn shown(said: &str) -> String {
     let plain = |c: char| match c {
         '\n' => c,
@@ -153,7 +153,7 @@ fn without_detours(mut said: String) -> String {
     said
 }
 
-/// Whether a sentence ends with the path of a link, wherever in it that begins.
+/// True if a sentence ends with the path of a link, wherever in it that begins.
 fn ends_in_link(said: &str) -> bool {
     let begins = |at: &usize| {
         let before = said[..*at].chars().next_back();
@@ -273,7 +273,7 @@ impl Error {
         self
     }
 
-    /// How to put it right on the command line, if a command or an option does.
+    /// Remedy on the command line, if a command or an option is one.
     pub fn how(&self) -> Option<&str> {
         match self {
             Self::GpuLost => Some("or continue on the CPU: --device cpu"),

@@ -17,7 +17,7 @@ const UNFINISHED: &str = ".afterlight";
 const RANDOM: usize = 6;
 /// A file that is younger may be about to be locked by its writer.
 const YOUNG: Duration = Duration::from_secs(10);
-/// Where files cannot be locked, an unfinished one that was not written for so long is left over.
+/// Age at which an unfinished file is left over, where files cannot be locked: it was not written for so long.
 const OLD: Duration = Duration::from_secs(24 * 3600);
 
 /// Opens a file to read it, following links.
@@ -111,7 +111,7 @@ fn not_a_file(kind: FileType) -> io::Error {
     io::Error::new(ErrorKind::InvalidInput, format!("this is {what} and not a file"))
 }
 
-/// Whether a name that a file gives is the name of a file beside it, and no way to elsewhere.
+/// True if a name that a file gives is the name of a file beside it, and no way to elsewhere.
 pub fn is_bare(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     let is_one = matches!((parts.next(), parts.next()), (Some(Component::Normal(part)), None) if part == name);
@@ -179,7 +179,7 @@ impl Unfinished {
         Ok(Self(file))
     }
 
-    /// Where it is.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         self.0.path()
     }

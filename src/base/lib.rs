@@ -1,4 +1,4 @@
-//! What every other crate needs: errors as sentences, files written whole, progress, turns at the device, the machine and
+//! Needs of every other crate: errors as sentences, files written whole, progress, turns at the device, the machine and
 //! the process's memory.
 
 pub mod error;

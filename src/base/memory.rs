@@ -1,4 +1,4 @@
-//! How much memory the process uses, and how it keeps it.
+//! Memory that the process uses, and the way it keeps it.
 
 /// Keeps freed memory for the next allocation. By default glibc gives large blocks back to the system at
 /// once and gets them again page by page, with a page fault each: a tenth of a training step's time. Call it

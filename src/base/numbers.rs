@@ -22,7 +22,7 @@ pub fn numbers<const N: usize>(text: &str, names: &str) -> std::result::Result<[
     (numbers.iter().all(|number| number.is_finite())).then_some(numbers).ok_or_else(refuse)
 }
 
-/// What reads a number of a range, for clap. NaN is in no range.
+/// Reader of numbers in a range, for clap. NaN is in no range.
 pub fn within<T>(range: RangeInclusive<T>) -> impl Fn(&str) -> Result<T, String> + Clone
 where
     T: FromStr + PartialOrd + Display + Clone,

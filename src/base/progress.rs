@@ -1,4 +1,4 @@
-//! How long work talks to whoever started it: progress out, a request to stop in.
+//! Channel between long work and its starter: progress out, a request to stop in.
 
 mod training;
 
@@ -16,7 +16,7 @@ pub enum Report {
     Step { stage: &'static str, done: u64, total: u64, note: String },
     /// A network that predicts has been saved.
     Saved,
-    /// How a training run stands.
+    /// State of a training run.
     Training(TrainingPoint),
     /// The work waits until a person has solved the problem in the sentence and lets it continue.
     Blocked(String),
@@ -39,7 +39,7 @@ impl Control {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether a stop was asked for.
+    /// True if a stop was requested.
     pub fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
@@ -49,20 +49,20 @@ impl Control {
         self.pause.store(pause, Ordering::Relaxed);
     }
 
-    /// Whether a pause was asked for.
+    /// True if a pause was requested.
     pub fn paused(&self) -> bool {
         self.pause.load(Ordering::Relaxed)
     }
 }
 
-/// How often it is checked whether a pause is over.
+/// Time between checks for the end of a pause.
 const PAUSE_INTERVAL: Duration = Duration::from_millis(20);
 
-/// What long-running functions take: where reports go, and whether to continue.
+/// Input of long-running functions: the receiver of reports, and the control that stops and pauses them.
 pub struct Progress<'a> {
     sink: &'a (dyn Fn(Report) + Sync),
     pictures: Option<&'a (dyn Fn(TrainingPictures) + Sync)>,
-    /// Whether a person is there to end a pause.
+    /// A person is there to end a pause.
     attended: bool,
     control: Control,
 }
@@ -121,7 +121,7 @@ impl<'a> Progress<'a> {
         (self.sink)(Report::Training(point));
     }
 
-    /// Whether anybody wants to see pictures.
+    /// True if anybody wants to see pictures.
     pub fn wants_pictures(&self) -> bool {
         self.pictures.is_some()
     }
@@ -133,12 +133,12 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Whether a stop was asked for.
+    /// True if a stop was requested.
     pub fn cancelled(&self) -> bool {
         self.control.stopped()
     }
 
-    /// Whether a pause was asked for.
+    /// True if a pause was requested.
     pub fn paused(&self) -> bool {
         self.control.paused()
     }

@@ -1,10 +1,10 @@
-//! How often something is timed, and what came of it.
+//! Number of timed runs, and their times.
 
 use base::error::Result;
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
-/// How often something is timed.
+/// Limits on the number and the time of timed runs.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
     /// At least so often, however long it takes, and at most.
@@ -20,7 +20,7 @@ pub struct Spread {
     /// The fifth and the ninety-fifth of a hundred.
     pub low_ms: f64,
     pub high_ms: f64,
-    /// How many were timed.
+    /// Number of timed runs.
     pub runs: usize,
 }
 
@@ -58,7 +58,7 @@ impl Budget {
     }
 }
 
-/// What `work` made, and the milliseconds that it took.
+/// The result of `work`, and the milliseconds that it took.
 pub fn timed<T>(mut work: impl FnMut() -> Result<T>) -> Result<(f64, T)> {
     let started = Instant::now();
     let made = std::hint::black_box(work()?);

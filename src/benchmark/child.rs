@@ -1,4 +1,4 @@
-//! What a process does that measures.
+//! The work of a process that measures.
 
 use super::measure::{Figure, Measure, Request, Tell};
 use super::network::network;

@@ -1,5 +1,5 @@
-//! What a machine can do, before a project is there: training steps, predictions, passes and pictures of made-up
-//! data, each within a part of a few minutes.
+//! Speed of a machine before a project is there: training steps, predictions, passes and pictures of made-up data, each
+//! within a part of a few minutes.
 //!
 //! Each measure runs in a process of its own, so that memory that runs out or a driver that fails ends that measure
 //! alone, and peak memory belongs to one. [`device`] starts them and keeps to the time; [`answer`] is what they do. They

@@ -1,4 +1,4 @@
-//! What is measured, and what a measure finds.
+//! Measures and their figures.
 
 use super::budget::Spread;
 use base::error::Result;
@@ -9,7 +9,7 @@ use training::Preset;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "measure")]
 pub enum Measure {
-    /// Whether the device computes as the CPU does.
+    /// A check that the device computes as the CPU does.
     SelfTest,
     /// Training steps and predictions of a preset's network.
     Network {
@@ -45,12 +45,12 @@ pub struct Request {
 /// One thing that was found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// What was timed.
+    /// Name of the timed work.
     pub what: String,
     /// None if the device has no clock for it, and after the first run alone.
     pub times: Option<Spread>,
-    /// What the first run took beyond the median, in milliseconds: kernels compiled and timed against each other, memory
-    /// taken. All that it took where there was no other run.
+    /// Milliseconds of the first run beyond the median: kernels compiled and timed against each other, memory taken. The
+    /// whole time of the first run where there was no other.
     pub first_ms: Option<f64>,
     /// The time in which the device copies as many bytes as have to be read and written.
     pub copy_ms: Option<f64>,
@@ -64,7 +64,7 @@ pub struct Figure {
     pub gpu_bytes: Option<u64>,
 }
 
-/// Who is told of a figure as soon as it is known; one that replaces another has its `what`. An error ends the measure.
+/// Receiver of each figure as soon as it is known; one that replaces another has its `what`. An error ends the measure.
 pub type Tell<'a> = &'a mut dyn FnMut(Figure) -> Result<()>;
 
 /// A preset by its name.

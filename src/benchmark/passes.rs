@@ -1,4 +1,4 @@
-//! What each pass costs beside what memory allows.
+//! Time of each pass beside the least that memory allows.
 //!
 //! Whole pictures are made, again and again, of scenes that together ask for every pass, and each pass is
 //! timed as the program itself times it: on the CPU by the wall, on a GPU by its own clock, measuring
@@ -28,7 +28,7 @@ pub const HALF_SUM: &str = "relight, f16";
 /// Components of the compressed field.
 const COMPONENTS: usize = 36;
 
-/// What was timed of one pass.
+/// Times of one pass.
 #[derive(Clone, Debug, Serialize)]
 pub struct PassTimes {
     pub name: String,
@@ -48,7 +48,7 @@ pub struct PassTable {
     pub passes: Vec<PassTimes>,
 }
 
-/// Who is told of a pass as soon as it is timed, and of the bytes that its device copies in a second. An error ends the
+/// Receiver of each pass as soon as it is timed, and of the bytes that its device copies in a second. An error ends the
 /// timing.
 pub type TellPass<'a> = &'a mut dyn FnMut(&PassTimes, f64) -> Result<()>;
 
@@ -181,7 +181,7 @@ fn sums(
     timed("sum, compressed", few.bytes(), &|| relight_compressed(&few, weights))
 }
 
-/// What a pass reads and writes at least.
+/// Pictures, mattes and fields that a pass reads and writes at least.
 struct Needs {
     /// Pictures, read or written.
     pictures: f64,
@@ -304,7 +304,7 @@ impl Shoot {
         }
     }
 
-    /// What a frame that was darker hands on.
+    /// The state that a darker frame hands on.
     fn steady(&self, field: &Field) -> Result<Steady> {
         let first = Scene { frame: 0, ..scenes().remove(0) };
         let steady = compose(&first, &self.of(field))?.steady;

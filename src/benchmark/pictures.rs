@@ -15,10 +15,10 @@ use reflectance::{FieldBuffer, Predictor};
 use scene::{Background, Output, Scene};
 use training::Preset;
 
-/// How far the light turns from one frame to the next, in degrees.
+/// Turn of the light from one frame to the next, in degrees.
 const TURN_DEG: f32 = 7.0;
 
-/// What pictures are made of.
+/// Input of the pictures.
 struct Studio<'a> {
     compute: &'a ComputeDevice,
     predictor: Predictor,

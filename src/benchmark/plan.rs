@@ -1,20 +1,20 @@
-//! What is measured, in which order, what it may need and what it will take.
+//! Measures in their order, their allowed and their expected time.
 
 use super::LAMPS;
 use super::measure::Measure;
 use super::report::Row;
 use training::Preset;
 
-/// Where a network works on pictures for the window and for export.
+/// Working size of a network for pictures in the window and for export.
 const WORKING: usize = 512;
 
-/// Where the first use of a network is timed.
+/// Size at which the first use of a network is timed.
 const FIRST_SIZE: usize = 128;
 
-/// What was timed of a network.
+/// Names of a network's timed work.
 pub const STEP: &str = "training step";
 pub const PREDICTION: &str = "prediction";
-/// What was timed of pictures.
+/// Names of the timed work on pictures.
 pub const PICTURES: [&str; 3] = [
     "relit frame, network included",
     "relit frame, predicted before",
@@ -44,7 +44,7 @@ pub struct Planned {
     pub measure: Measure,
 }
 
-/// What is measured, the most important first, on the GPU and then on the CPU: who has little time has that.
+/// Measures, the most important first, on the GPU and then on the CPU: who has little time has that.
 pub fn plan(gpu: bool) -> Vec<Planned> {
     use Preset::{FastGpu, Paper, Quick};
     let network = |preset, size| Measure::Network { preset, size };
@@ -77,21 +77,21 @@ pub fn plan(gpu: bool) -> Vec<Planned> {
 }
 
 impl Planned {
-    /// Whether it is about GPUs alone.
+    /// True if it is about GPUs alone.
     fn for_gpus(&self) -> bool {
         let picture = matches!(self.measure, Measure::Picture { preset: Preset::FastGpu, .. });
         picture || matches!(self.measure, Measure::SelfTest | Measure::FirstUse { .. })
     }
 
-    /// Whether its process is to find no kernels that earlier ones kept, or only those of such a process.
+    /// True if its process must find no kernels that earlier ones kept, or only those of such a process.
     pub fn starts_anew(&self) -> bool {
         let first = Measure::Network { preset: Preset::Quick, size: FIRST_SIZE };
         self.on_gpu
             && (self.measure == first || self.measure == Measure::FirstUse { size: FIRST_SIZE })
     }
 
-    /// How long it may need, in seconds: the time is divided by this. On a GPU most of it goes into compiling kernels and
-    /// timing them against each other, whatever the size; on a CPU into what is timed.
+    /// Seconds that it may need: the time is divided by this. On a GPU most of it goes into compiling kernels and timing them
+    /// against each other, whatever the size; on a CPU into the timed work.
     pub fn need(&self) -> f64 {
         match (self.on_gpu, self.measure) {
             (_, Measure::SelfTest) => 10.0,
@@ -143,7 +143,7 @@ impl Measure {
         }
     }
 
-    /// What the rows are called that it fills, in the order in which they are timed.
+    /// Names of the rows that it fills, in the order in which they are timed.
     pub fn rows(&self) -> Vec<String> {
         let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
         match self {
@@ -155,7 +155,7 @@ impl Measure {
         }
     }
 
-    /// What is being measured, in words.
+    /// Description of the measure for people.
     pub fn words(&self) -> String {
         let (preset, size) = self.shape();
         let network = preset.map_or(String::new(), |preset| format!("{} ", preset.name()));

@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How often it is looked whether a process has to be ended.
+/// Interval of the checks that may end a process.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// A process that measures. Dropped, it is ended.
@@ -22,7 +22,7 @@ pub struct Measuring {
     errors: Option<JoinHandle<String>>,
 }
 
-/// How a process ended. The figures that it said before are known either way.
+/// End of a process. The figures that it said before are known either way.
 pub enum Ended {
     /// All was measured.
     Done,

@@ -1,4 +1,4 @@
-//! What was found out about a machine.
+//! Results for a machine.
 
 use super::plan::PICTURES;
 use super::table::ms;
@@ -15,7 +15,7 @@ pub struct MachineReport {
     /// Minutes that it might take, and seconds that it took.
     pub minutes: f64,
     pub seconds: f64,
-    /// Whether it was stopped before its end.
+    /// It was stopped before its end.
     pub stopped: bool,
     pub devices: Vec<DeviceReport>,
 }
@@ -26,7 +26,7 @@ pub struct DeviceReport {
     /// `gpu` or `cpu`.
     pub kind: String,
     pub name: String,
-    /// What the self-test found, as a sentence; None on the CPU, or if it did not end.
+    /// Result of the self-test, as a sentence; None on the CPU, or if it did not end.
     pub self_test: Option<String>,
     /// Bytes that it copies in a second, read and written both counted.
     pub copied_per_second: Option<f64>,
@@ -46,16 +46,16 @@ pub struct Row {
     pub low_ms: Option<f64>,
     pub high_ms: Option<f64>,
     pub runs: usize,
-    /// What the first run took beyond the median; all that it took if it was the only one.
+    /// Milliseconds of the first run beyond the median; its whole time if it was the only one.
     pub first_ms: Option<f64>,
     /// The time in which the device copies the bytes that have to be read and written.
     pub copy_ms: Option<f64>,
-    /// What is aimed at, in words, and whether it is reached.
+    /// The goal in words, and whether it is reached.
     pub goal: Option<String>,
     pub reached: Option<bool>,
-    /// What it would take, by smaller sizes, if it was left out.
+    /// Predicted time by smaller sizes, if it was left out.
     pub predicted_ms: Option<f64>,
-    /// Why there are no times.
+    /// Reason for missing times.
     pub left_out: Option<String>,
     /// Bytes of memory that the process of this measure had held at most by then.
     pub peak_bytes: Option<u64>,
@@ -99,12 +99,12 @@ impl Row {
         self
     }
 
-    /// Whether it is the sum of lamps of a field as it is, not of its components.
+    /// True if it is the sum of lamps of a field as it is, not of its components.
     pub fn is_sum(&self) -> bool {
         self.what.starts_with("relight") || self.what.starts_with("sum, f")
     }
 
-    /// What it is, of which network, at which size.
+    /// Name of the measure, with its network and its size.
     pub fn name(&self) -> String {
         let network = self.network.as_deref();
         let network = network.map_or(String::new(), |name| format!(" ({name})"));

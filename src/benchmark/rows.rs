@@ -37,9 +37,8 @@ impl DeviceReport {
         at
     }
 
-    /// Takes a figure of a measure in and says which row is its. Whether its process has found no kernels that earlier
-    /// ones kept is said by `anew`.
-    pub fn found(&mut self, measure: &Measure, anew: bool, figure: Figure) -> usize {
+    /// Takes a figure of a measure in and returns the index of its row. `fresh`: its process found no kernels that earlier ones kept.
+    pub fn found(&mut self, measure: &Measure, fresh: bool, figure: Figure) -> usize {
         if *measure == Measure::SelfTest {
             self.self_test.clone_from(&figure.note);
         }
@@ -56,7 +55,7 @@ impl DeviceReport {
         if let (Measure::FirstUse { .. }, Some(first)) = (measure, first) {
             return self.put(Row { what: first_again(first), ..row });
         }
-        if let (true, Some(first)) = (anew, first) {
+        if let (true, Some(first)) = (fresh, first) {
             self.put(Row { what: first_ever(first), ..row.clone() });
         }
         let times = figure.times;

@@ -24,7 +24,7 @@ const SHARES: f64 = 3.0;
 /// Of what is free, how much a measure may take.
 const MEMORY_SHARE: f64 = 0.9;
 
-/// How a machine is measured.
+/// Settings of a machine's measurement.
 #[derive(Clone, Debug, clap::Args)]
 pub struct DeviceSettings {
     /// Minutes that all may take. What does not fit is left out, with a prediction where smaller sizes allow one.
@@ -33,8 +33,8 @@ pub struct DeviceSettings {
     /// The file to write the report to, as Markdown; it is written again after each measure.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// What is measured: auto takes a hardware GPU if there is one and the CPU; gpu any GPU, even a software one, and the
-    /// CPU; cpu the CPU alone.
+    /// Devices that are measured: auto takes a hardware GPU if there is one and the CPU; gpu any GPU, even a software one,
+    /// and the CPU; cpu the CPU alone.
     #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
 }
@@ -130,7 +130,7 @@ struct Run<'a> {
     progress: &'a Progress<'a>,
     known: &'a dyn Fn(&MachineReport),
     began: Instant,
-    /// Where kernels are kept that are timed for the first time.
+    /// Folder of the kernels that are timed for the first time.
     kernels: tempfile::TempDir,
     report: MachineReport,
 }
@@ -226,10 +226,10 @@ impl Run<'_> {
     }
 }
 
-/// Why what follows a stop is left out.
+/// Reason for leaving out all that follows a stop.
 const STOPPED: &str = "measuring was stopped";
 
-/// Why a measure is not begun.
+/// Reason not to begin a measure.
 fn unfit(measure: &Measure, predicted: Option<&[f64]>, allowed: f64) -> Option<String> {
     // The first run and one that counts.
     let least = predicted.map(|rows| 2e-3 * rows.iter().sum::<f64>());

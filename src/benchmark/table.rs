@@ -22,17 +22,17 @@ fn megabytes(bytes: Option<u64>) -> String {
     bytes.map_or("–".to_owned(), |bytes| format!("{}", bytes / 1_000_000))
 }
 
-/// What a person asks first.
+/// A question that a person asks first.
 struct Question {
     what: &'static str,
     preset: Preset,
     size: usize,
     words: &'static str,
-    /// What a time of so many milliseconds amounts to.
+    /// Meaning of a time in milliseconds, in words.
     amount: fn(f64) -> String,
 }
 
-/// How many in a second, or how many seconds for one.
+/// Number in a second, or seconds for one.
 fn rate(ms: f64) -> String {
     match 1e3 / ms {
         rate if rate >= 1.0 => format!("{rate:.1} a second"),
@@ -150,7 +150,7 @@ impl MachineReport {
         }
     }
 
-    /// What a person asks first, one device beside the other.
+    /// Answers to a person's first questions, one device beside the other.
     fn in_short(&self, text: &mut String) {
         let rows = |question: &Question| -> Vec<Option<&Row>> {
             self.devices.iter().map(|device| question.row(device)).collect()
@@ -332,7 +332,7 @@ impl DeviceReport {
     }
 }
 
-/// What the words mean.
+/// Meaning of the words.
 const NOTES: &str = "\
 ## What the words mean
 

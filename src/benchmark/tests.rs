@@ -1,4 +1,4 @@
-//! What is predicted and left out, without measuring.
+//! Tests of predictions and of measures left out, without measuring.
 
 use super::measure::{Figure, Measure};
 use super::plan::{PASSES, PICTURES, PREDICTION, Planned, STEP, plan};
@@ -168,7 +168,7 @@ fn the_first_use_of_kernels_is_told_for_both_starts() {
     assert_eq!(steps.count(), 1);
 }
 
-/// What came of a process that runs `script`.
+/// End and output of a process that runs `script`.
 fn measured(script: &str, most: f64, progress: &Progress) -> (Ended, Vec<String>) {
     let mut command = Command::new("sh");
     command.args(["-c", script]);

@@ -37,7 +37,7 @@ pub enum Lens {
     FieldOfView(f64),
 }
 
-/// Which photographs, and what to make of them.
+/// Photographs of the ball, and settings for the panorama made from them.
 #[derive(Clone, Debug)]
 pub struct DevelopSettings {
     pub ball: BallPictures,
@@ -59,7 +59,7 @@ pub struct DevelopSettings {
     pub to: PathBuf,
 }
 
-/// What was made, and what to know before trusting it.
+/// Result of the development, and the facts to know before trusting it.
 #[derive(Clone, Debug, Serialize)]
 pub struct DevelopReport {
     pub written: PathBuf,
@@ -76,8 +76,8 @@ pub struct DevelopReport {
     pub repaired_pixels: Vec<usize>,
     /// For each ball, by how many stops the given exposures of the bracket disagree with its pictures.
     pub bracket_disagreement_stops: Vec<f32>,
-    /// How many times brighter the second ball's photographs are, by how many stops the two disagree, and
-    /// by how many degrees the angle between them was refined.
+    /// Ratio by which the second ball's photographs are brighter, stops by which the two disagree, and
+    /// degrees by which the angle between them was refined.
     pub exposure_ratio: Option<f32>,
     pub disagreement_stops: Option<f32>,
     pub refined_deg: Option<f32>,

@@ -12,11 +12,11 @@ pub(super) struct Footprint {
     pub pixels: Vec<(u32, CodeValues)>,
     /// Per channel, how often each code value occurs in pixels without a lamp.
     dark: [Vec<(u16, u32)>; 3],
-    /// Where among the pixels the lamp is; `None` if all of them count as the lamp.
+    /// Place of the lamp among the pixels; `None` if all of them count as the lamp.
     aim: Option<Aim>,
 }
 
-/// Which of a footprint's pixels show the lamp itself.
+/// The pixels of a footprint that show the lamp itself.
 struct Aim {
     /// For each of [`Footprint::pixels`] that shows the lamp, the code value of the room's light there, mean of the
     /// channels.
@@ -102,12 +102,12 @@ impl Footprint {
         })
     }
 
-    /// Whether any channel of the pixel is clipped.
+    /// True if a channel of the pixel is clipped.
     pub fn is_clipped(code: &CodeValues) -> bool {
         code.iter().any(|&c| c >= CLIPPED)
     }
 
-    /// How many pixels have a clipped channel: only a lower bound of their light is known.
+    /// Number of pixels with a clipped channel: only a lower bound of their light is known.
     pub fn clipped_pixels(&self) -> usize {
         self.pixels.iter().filter(|(_, code)| Self::is_clipped(code)).count()
     }

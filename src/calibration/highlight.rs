@@ -203,7 +203,7 @@ impl<'a> Photograph<'a> {
         parts.into_iter().map(part).collect()
     }
 
-    /// Whether this photograph shows a part of another one too, at the same place or just beside it, as it shows the
+    /// True if this photograph shows a part of another one too, at the same place or just beside it, as it shows the
     /// glint of a ball that hardly moves with the lamps.
     fn shows(&self, part: &Part) -> bool {
         let reach = 1.0 + 0.5 * part.core_radius_deg;
@@ -319,7 +319,7 @@ impl<'a> Photograph<'a> {
         }
     }
 
-    /// Whether more of a lamp with a given radiance would not show at a cell, because the room is nearly white there.
+    /// True if more of a lamp with a given radiance would not show at a cell, because the room is nearly white there.
     fn is_full(&self, cell: u32) -> bool {
         headroom(self.room[cell as usize]) - self.dark < BRIGHT * self.peak
     }
@@ -380,18 +380,18 @@ impl<'a> Photograph<'a> {
     }
 }
 
-/// How much the light of the room may seem to differ between two photographs: six 8-bit codes at γ 2.2, for noise and
+/// Largest apparent difference of the room's light between two photographs: six 8-bit codes at γ 2.2, for noise and
 /// JPEG.
 fn flicker(room: f32) -> f32 {
     2.2 * room.powf(1.0 - 1.0 / 2.2) * 6.0 / 255.0
 }
 
-/// How much more light than the room's a photograph can show.
+/// Light beyond the room's that a photograph can show.
 fn headroom(room: f32) -> f32 {
     1.0 - room - flicker(room)
 }
 
-/// How far a direction goes by the outline rather than by the light, if this share of the light is clipped.
+/// Weight of the outline against the light in a direction, if this share of the light is clipped.
 pub(super) fn clipped_weight(share: f32) -> f32 {
     let t = ((share - 0.02) / 0.18).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

@@ -44,7 +44,7 @@ use silhouette::Photographs;
 /// The response that the balls are read with before the fit: what is far above black is so under any response.
 pub const PROVISIONAL: Response = Response::Power(2.2);
 
-/// What clipped balls add to the deviations of γ1 and γ2: the fit does not know of the glare around a clipped lamp.
+/// Amount that clipped balls add to the deviations of γ1 and γ2: the fit does not know of the glare around a clipped lamp.
 /// Measured on a session whose balls were taken twice, clipped and not: both exponents came out 0.05 higher.
 const CLIPPED_DEVIATION: f32 = 0.05;
 
@@ -77,19 +77,19 @@ pub struct Calibration {
     pub filled_energy: f32,
     /// Clipped pixels on the mirror balls: those lamps are brighter than measured.
     pub clipped_pixels: usize,
-    /// What the fit of the response rests on.
+    /// Basis of the fit of the response.
     #[serde(default)]
     pub gamma_evidence: Evidence,
-    /// What is wrong with the lamps, one sentence for each fault.
+    /// Faults of the lamps, one sentence for each.
     #[serde(default)]
     pub rig_findings: Vec<String>,
-    /// What kind of fault each of these sentences is about; empty in files of older versions.
+    /// Kinds of fault, one for each of these sentences; empty in files of older versions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rig_faults: Vec<Fault>,
-    /// How two mirror balls agree; `None` if there was one.
+    /// Agreement of two mirror balls; `None` if there was one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub two_balls: Option<TwoBalls>,
-    /// How the subject moved while the lamps went round; exemplars are freed of it. `None` if that was not looked for.
+    /// Motion of the subject while the lamps went round; exemplars are freed of it. `None` if that was not looked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
     /// The lamps that the network learns.
@@ -224,7 +224,7 @@ fn calibrate_within(
     })
 }
 
-/// What is wrong with the lamps: each fault, and its sentence.
+/// Faults of the lamps, each with its sentence.
 fn rig_findings(
     project: &Project,
     rig: &Rig,
@@ -378,7 +378,7 @@ impl Calibration {
         weights.iter().map(|weight| weight.map(|w| w * self.exposure)).collect()
     }
 
-    /// What to know before trusting the calibration, one sentence each.
+    /// Cautions before trusting the calibration, one sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.clipped_pixels > 0 {

@@ -4,7 +4,7 @@
 use base::error::{Error, Result};
 use bobyqa::{Bobyqa, Config};
 
-/// Where and how finely to search.
+/// Region and step sizes of a search.
 pub(super) struct Search<const N: usize> {
     pub start: [f64; N],
     /// Bounds of each variable.

@@ -8,7 +8,7 @@ use base::error::{Error, Result};
 use glam::{DVec2, Vec3};
 use project::Ball;
 
-/// What a photograph of a mirror ball shows.
+/// Content of a photograph of a mirror ball.
 #[derive(Clone, Debug)]
 pub struct MirrorBall {
     /// The pixels that lie wholly on the ball, row by row.

@@ -33,15 +33,15 @@ pub struct Probes {
     cell_of_pixel: Vec<u16>,
     /// The blur of that comparison: weights between all pairs of cells.
     blur: Vec<f32>,
-    /// How what light from two cells does to a subject is correlated, see [`interview::kernel`].
+    /// Correlation between the effects of light from two cells on a subject, see [`interview::kernel`].
     kernel: Vec<f32>,
-    /// Whether a pixel of the ball is clipped in no photograph. Only those are compared: a clipped lamp then misses
+    /// True for pixels of the ball that no photograph clips. Only those are compared: a clipped lamp then misses
     /// the same part in both, and its weight stays right.
     comparable: Vec<bool>,
     /// Median code values of the interview's ball where no lamp is; black if lamps are everywhere.
     interview_dark: CodeValues,
     profile: Vec<ProfilePixel>,
-    /// What is wrong with the ball's circle, as a sentence.
+    /// Fault of the ball's circle, as a sentence.
     wrong_circle: Option<String>,
 }
 
@@ -146,7 +146,7 @@ impl Probes {
         probes
     }
 
-    /// What is wrong with the ball's circle, as a sentence.
+    /// Fault of the ball's circle, as a sentence.
     pub fn wrong_circle(&self) -> Option<&str> {
         self.wrong_circle.as_deref()
     }

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
-/// What can be wrong with lamps.
+/// Possible faults of lamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fault {
@@ -46,7 +46,7 @@ pub struct Finding {
     pub fault: Fault,
     /// The lamps with this fault: places in [`Rig::lamps`], ascending.
     pub lamps: Vec<usize>,
-    /// What was found, and what to do.
+    /// The finding, and its remedy.
     pub sentence: String,
 }
 
@@ -82,7 +82,7 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
         let reach = blind_half_angle_deg + std::f32::consts::SQRT_2 * spread_deg;
         direction.angle_between(Vec3::NEG_Z).to_degrees() < reach
     };
-    // A lamp that was not seen may be wholly behind the ball: only the layout can tell.
+    // A lamp that was not seen may be fully behind the ball: only the layout can tell.
     let (hidden, unseen): (Vec<usize>, Vec<usize>) = all()
         .filter(|&i| !lamps[i].is_usable())
         .partition(|&i| in_layout.place(i).is_some_and(|place| is_behind(place, 0.0)));

@@ -16,7 +16,7 @@ use light::{Lamp, Rig};
 use project::{Picture, Project, SecondBall};
 use serde::{Deserialize, Serialize};
 
-/// What two balls say together.
+/// Joint findings of two balls.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TwoBalls {
     /// Lamps that both balls show.
@@ -31,7 +31,7 @@ pub struct TwoBalls {
     pub near: Vec<NearLamp>,
 }
 
-/// Where a near lamp is.
+/// Place of a near lamp.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NearLamp {
     /// The name of its OLAT.
@@ -43,7 +43,7 @@ pub struct NearLamp {
 }
 
 impl TwoBalls {
-    /// What the two balls say, as a sentence.
+    /// Findings of the two balls, as a sentence.
     pub fn sentence(&self) -> String {
         let near = match self.near.len() {
             0 => String::new(),
@@ -186,7 +186,7 @@ fn join(
     }
 }
 
-/// Where the balls are and how their cameras' axes are turned.
+/// Positions of the balls, and rotations of their cameras' axes.
 struct Geometry {
     positions: [DVec3; 2],
     /// From each ball's own frame, whose +Z points to the camera, to the subject's.
@@ -214,9 +214,9 @@ impl Geometry {
 struct Pair {
     /// Mean direction.
     direction: DVec3,
-    /// How far in degrees the balls disagree.
+    /// Disagreement of the balls in degrees.
     apart_deg: f32,
-    /// Where the two lines of sight meet, and the angle between them in radians; `None` if the balls' positions are
+    /// Meeting point of the two lines of sight, and the angle between them in radians; `None` if the balls' positions are
     /// unknown or the lines do not meet before the balls.
     meeting: Option<(DVec3, f64)>,
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// How a project is calibrated. What is `None` is found automatically.
+/// Calibration settings of a project. A value of `None` is found automatically.
 #[derive(Clone, Copy, Debug, Default, PartialEq, clap::Args)]
 pub struct CalibrateSettings {
     /// The ball's centre and radius in pixels of its photographs, instead of the project's.
@@ -18,7 +18,7 @@ pub struct CalibrateSettings {
     /// Find the ball in its photographs instead of using the project's circle.
     #[arg(long = "find-ball")]
     pub find_circle: bool,
-    /// How exemplars and interview are compared [default: by pixels if a frame shows a pose].
+    /// Comparison of exemplars and interview [default: by pixels if a frame shows a pose].
     #[arg(long, value_enum)]
     pub comparison: Option<Comparison>,
     /// Use this camera response (two exponents, srgb, rec709, linear, or log,K) and exposure of the interview instead of

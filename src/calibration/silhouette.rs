@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 /// A circle and how well the photographs show a rim there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Silhouette {
-    /// Where the ball's outline is.
+    /// Outline of the ball.
     #[serde(flatten)]
     pub circle: Circle,
     /// Root-mean-square distance in pixels of the visible rim from the circle; 0, without meaning, if `rim_share`
@@ -45,7 +45,7 @@ pub struct Silhouette {
 }
 
 impl Silhouette {
-    /// What to check before trusting the circle, as a sentence; `None` if the rim was seen well all around. The
+    /// Check to make before trusting the circle, as a sentence; `None` if the rim was seen well all around. The
     /// search takes anything round for a ball, even the crown of a head for the visible part of one, and warns of
     /// such parts.
     pub fn warning(&self) -> Option<String> {
@@ -145,7 +145,7 @@ pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
     Ok(best.into())
 }
 
-/// How well the photographs show a rim at a circle set by hand, which is returned unchanged. The residual is that
+/// Evidence of a rim in the photographs at a circle set by hand, which is returned unchanged. The residual is that
 /// of the rim points nearby, up to a fiftieth of the radius away.
 ///
 /// # Errors

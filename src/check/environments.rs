@@ -1,4 +1,4 @@
-//! What an environment asks of the lamps: light where there is none, lights smaller than they are, brightness beyond
+//! Demands of an environment on the lamps: light where there is none, lights smaller than they are, brightness beyond
 //! half floats.
 
 use super::likeness::likeness_db;
@@ -25,7 +25,7 @@ pub struct LitEnvironment {
 }
 
 impl PartialEq for LitEnvironment {
-    /// Whether it is the same light: panoramas are compared by what they are, not by their pixels.
+    /// True if it is the same light: panoramas are compared by identity, not by their pixels.
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.environment, &other.environment)
             && (&self.name, &self.lighting, self.yaw_deg)
@@ -35,11 +35,11 @@ impl PartialEq for LitEnvironment {
 
 /// Shares of the light from where no lamp is.
 const UNCOVERED: [f32; 2] = [0.05, 0.2];
-/// How like simple shapes look, in decibels. Measured beside true pictures (`docs/method.md`): they are about 8 dB better.
+/// Likeness of simple shapes, in decibels. Measured beside true pictures (`docs/method.md`): they are about 8 dB better.
 const LIKENESS_DB: [f32; 2] = [27.0, 20.0];
 /// Brightest areas that are looked at.
 const AREAS: usize = 24;
-/// What pictures are levelled to: a subject of this albedo in light of the environment's mean radiance is middle grey.
+/// Level of pictures: a subject of this albedo in light of the environment's mean radiance is middle grey.
 const ALBEDO: f32 = 0.35;
 const MIDDLE_GREY: f32 = 0.18;
 /// The largest half float.

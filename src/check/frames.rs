@@ -14,7 +14,7 @@ const UNLIKE: f32 = 1.2;
 /// Shares of the frames that are unlike every pose.
 const SHARES: [f32; 2] = [0.02, 0.25];
 
-/// Whether the poses show what the frames show.
+/// Check that the poses show the same as the frames.
 pub(super) fn check(pictures: &Pictures) -> Check {
     let poses: Vec<Vec<f32>> = (pictures.poses.iter())
         .map(|pose| seen(&pose.plate, &pose.mask, &pictures.shown))

@@ -159,7 +159,7 @@ fn hidden(calibration: &Calibration) -> Check {
         .remedy("Photograph the ball again from the side, or larger, for the lamps behind it")
 }
 
-/// Whether the ball may hide a part of a lamp: the cone behind it that is not shown, and a lamp's own width.
+/// True if the ball may hide a part of a lamp: the cone behind it that is not shown, and a lamp's own width.
 fn is_hidden(calibration: &Calibration, lamp: &Lamp) -> bool {
     let cone = (1.0 - 2.0 * calibration.blind_share).acos().to_degrees();
     let from_axis = lamp.direction.angle_between(Vec3::NEG_Z).to_degrees();

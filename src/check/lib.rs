@@ -1,8 +1,8 @@
-//! What a project can be trusted with: each doubt about lamps, response, pictures and environments with its sentence
+//! Checks of the trust in a project: each doubt about lamps, response, pictures and environments with its sentence
 //! and its remedy.
 //!
 //! [`Evidence::read`] looks at the project once: the calibration, the poses and some frames. [`Evidence::report`] judges
-//! what was found, and some environments, in milliseconds. What was not measured is [`Level::Unknown`], never green.
+//! the findings, and some environments, in milliseconds. A value that was not measured is [`Level::Unknown`], never green.
 
 mod environments;
 mod frames;
@@ -21,7 +21,7 @@ use pictures::Pictures;
 use project::Project;
 use serde::Serialize;
 
-/// How far something can be trusted.
+/// Level of trust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Level {
     /// Nothing to do.
@@ -38,36 +38,36 @@ pub enum Level {
     Unknown,
 }
 
-/// What a check is about.
+/// Subject of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Subject {
-    /// Whether the mirror balls show every lamp.
+    /// Visibility of every lamp on the mirror balls.
     LampsSeen,
-    /// Whether all that is known of the lamps' directions agrees.
+    /// Agreement of all that is known of the lamps' directions.
     LampsAgree,
-    /// Whether the lamps are clipped on the mirror balls.
+    /// Clipping of the lamps on the mirror balls.
     LampsClipped,
-    /// Whether the ball hides lamps behind it.
+    /// Lamps hidden behind the ball.
     LampsHidden,
-    /// How well the camera's response is known.
+    /// Certainty of the camera's response.
     Response,
-    /// How much of the interview's light is no sum of the lamps.
+    /// Share of the interview's light that is not a sum of the lamps.
     InterviewLight,
-    /// Whether the subject moved while the lamps went round.
+    /// Motion of the subject while the lamps went round.
     Motion,
-    /// Whether the poses show what the frames show.
+    /// Likeness of the poses to the frames.
     Frames,
-    /// Whether an environment's pictures fit into half floats.
+    /// Fit of an environment's pictures into half floats.
     HalfFloats,
-    /// How much of an environment's light comes from where no lamp is.
+    /// Share of an environment's light that comes from places without a lamp.
     Coverage,
-    /// How much of an environment's light is in lights that are smaller than the lamps.
+    /// Share of an environment's light in lights that are smaller than the lamps.
     Contrast,
 }
 
 impl Subject {
-    /// What is known of every project that is calibrated.
+    /// Subjects that are known of every calibrated project.
     const OF_PROJECT: [Self; 8] = [
         Self::LampsSeen,
         Self::LampsAgree,
@@ -78,7 +78,7 @@ impl Subject {
         Self::Motion,
         Self::Frames,
     ];
-    /// What is known of each environment.
+    /// Subjects that are known of each environment.
     const OF_ENVIRONMENT: [Self; 3] = [Self::Coverage, Self::Contrast, Self::HalfFloats];
 }
 
@@ -89,9 +89,9 @@ pub struct Check {
     /// The environment's name; None if the check is about the project.
     pub environment: Option<String>,
     pub level: Level,
-    /// What was found.
+    /// The finding.
     pub sentence: String,
-    /// What to do; None if there is nothing to do.
+    /// Remedy; None if there is nothing to do.
     pub remedy: Option<String>,
 }
 
@@ -106,11 +106,11 @@ pub struct CheckReport {
 /// Something that was read, or why it could not be, in a sentence.
 type Known<T> = std::result::Result<T, String>;
 
-/// What the project itself says, for judging it.
+/// Evidence from the project itself, for judging it.
 pub struct Evidence {
     /// None before the first calibration.
     calibration: Known<Option<Calibration>>,
-    /// What poses and frames show; none without a calibration.
+    /// Findings from poses and frames; none without a calibration.
     pictures: Option<Known<Pictures>>,
 }
 
@@ -125,7 +125,7 @@ impl Level {
         }
     }
 
-    /// How much it counts in the whole: the worst wins.
+    /// Rank in the whole: the worst wins.
     fn rank(self) -> u8 {
         match self {
             Self::Good => 0,
@@ -180,12 +180,12 @@ impl Check {
         Self { remedy: (self.level != Level::Good).then(|| remedy.into()), ..self }
     }
 
-    /// What is not known before the project is calibrated.
+    /// Unknown result before the project is calibrated.
     fn uncalibrated(subject: Subject) -> Self {
         Self::new(subject, Level::Unknown, "Not known yet").remedy("Calibrate the project")
     }
 
-    /// What is not known because something could not be read; `why` says what to do.
+    /// Unknown result because something could not be read; `why` gives the reason and the remedy.
     fn unread(subject: Subject, why: &str) -> Self {
         let (sentence, remedy) =
             why.rsplit_once(". ").unwrap_or((why, "Fix that, and check again"));
@@ -213,7 +213,7 @@ impl CheckReport {
         Self { level: levels.fold(Level::Good, Level::worst), checks }
     }
 
-    /// How many checks have a level.
+    /// Number of checks with a level.
     pub fn count(&self, level: Level) -> usize {
         self.checks.iter().filter(|c| c.level == level).count()
     }

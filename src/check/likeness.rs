@@ -1,4 +1,4 @@
-//! How like simple surfaces look under an environment and under the lamps that stand for it.
+//! Likeness of simple surfaces under an environment and under the lamps that stand for it.
 //!
 //! What lamps cannot do is throw the edges of shadows that a small sun throws. So the surfaces are matt points all over a
 //! ball that the camera sees, each at the foot of a wall that hides a part of its sky: where the light is small, what a
@@ -44,7 +44,7 @@ pub(super) fn likeness_db(
     if exposure.is_finite() { (-10.0 * mean.max(1e-9).log10()) as f32 } else { f32::NAN }
 }
 
-/// What a point reflects towards anywhere, up to a factor: Lambert's law, behind its wall.
+/// Light that a point reflects in every direction, up to a factor: Lambert's law, behind its wall.
 fn lit(point: usize, rays: &[Ray]) -> f64 {
     let (normal, wall) = place(point);
     let seen = rays.iter().filter(|(from, _)| wall.dot(*from) > 0.0);

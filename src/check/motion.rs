@@ -1,10 +1,10 @@
-//! Whether the subject moved while the lamps went round.
+//! Check for motion of the subject while the lamps went round.
 
 use super::{Check, Level, Subject};
 use calibration::Calibration;
 use footage::Motion;
 
-/// Whether the poses' OLATs show one and the same subject.
+/// Check that the poses' OLATs show one and the same subject.
 pub(super) fn check(calibration: &Calibration) -> Check {
     match &calibration.motion {
         Some(motion) => judged(motion),

@@ -1,4 +1,4 @@
-//! What the poses and some frames show, as pictures that are small enough to keep all of them.
+//! Small pictures of the poses and some frames, so that all of them can be kept.
 
 use base::error::Result;
 use base::progress::Progress;
@@ -18,7 +18,7 @@ const FRAMES: usize = 48;
 pub(super) struct Pictures {
     pub poses: Vec<Pose>,
     pub frames: Vec<Filmed>,
-    /// What frames and poses both show: a plate may end within the square.
+    /// Area that frames and poses both show: a plate may end within the square.
     pub shown: Mask,
     /// All frames of the interview; only some are looked at.
     pub all_frames: usize,

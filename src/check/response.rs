@@ -14,7 +14,7 @@ const DIFFERENT: f32 = 0.3;
 /// exponents are inside the intervals, with 15 % and 25 % they may be far outside.
 const UNEXPLAINED: [f32; 2] = [0.05, 0.12];
 
-/// How well the response is known.
+/// Check of the response's certainty.
 pub(super) fn response(calibration: &Calibration) -> Check {
     let evidence = &calibration.gamma_evidence;
     let check = |level, sentence: String| Check::new(Subject::Response, level, sentence);
@@ -86,7 +86,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     check(level, sentence).remedy(remedy)
 }
 
-/// How much of the interview's light is no sum of the lamps.
+/// Check of the share of the interview's light that is not a sum of the lamps.
 pub(super) fn interview_light(calibration: &Calibration) -> Check {
     let missed = calibration.stand_in.as_ref().map_or(0.0, |s| s.residual);
     let [doubtful, bad] = UNEXPLAINED;

@@ -1,4 +1,4 @@
-//! What is said of sound, troubled and hostile projects.
+//! Reports on sound, troubled and hostile projects.
 
 use super::*;
 use calibration::rig_check::Fault;

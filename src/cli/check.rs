@@ -220,7 +220,7 @@ impl CheckArgs {
     }
 }
 
-/// What `--json` prints of an EXR.
+/// Output of `--json` for an EXR.
 #[derive(Serialize)]
 struct LayersReport<'a> {
     file: &'a Path,

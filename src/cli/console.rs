@@ -1,4 +1,4 @@
-//! What a person sees of a command: bars on stderr, figures on stdout.
+//! Output of a command: bars on stderr, figures on stdout.
 
 use base::error::{Error, Result};
 use base::progress::{Control, Progress, Report};

@@ -108,7 +108,7 @@ pub struct FarmChunkArgs {
     /// A task of a job that trains, from 0.
     #[arg(long, value_name = "K", conflicts_with = "frames")]
     task: Option<usize>,
-    /// Where the network runs [default: as the job says].
+    /// Device of the network [default: as the job says].
     #[arg(long, value_enum, conflicts_with = "task")]
     device: Option<DeviceChoice>,
     /// The footage's folder, if it is mounted at another path here.

@@ -203,7 +203,7 @@ struct OutputArgs {
 
 #[derive(Debug, Args)]
 struct DeviceArgs {
-    /// Where the network runs.
+    /// Device of the network.
     #[arg(long, value_enum, default_value = "auto")]
     device: DeviceChoice,
 }

@@ -43,7 +43,7 @@ pub struct ProbeArgs {
         requires = "second"
     )]
     second_stops: Vec<f32>,
-    /// How far the second camera stands to the right of the first, seen from the ball.
+    /// Angle from the first camera to the right to the second, seen from the ball.
     #[arg(
         long,
         value_name = "DEG",
@@ -79,7 +79,7 @@ pub struct ProbeArgs {
         value_parser = within(ANGLES)
     )]
     yaw: f32,
-    /// How the sphere is laid out in the picture.
+    /// Layout of the sphere in the picture.
     #[arg(long, value_enum, default_value = "lat-long")]
     mapping: Mapping,
     /// Rows of the picture.

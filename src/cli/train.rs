@@ -28,7 +28,7 @@ pub struct TrainArgs {
     pub output: OutputArgs,
 }
 
-/// How a network is trained.
+/// Settings of a training.
 #[derive(Debug, Args)]
 pub struct TrainingArgs {
     /// The preset that the settings start from.

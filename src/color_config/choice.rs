@@ -1,4 +1,4 @@
-//! What a person chooses of a configuration.
+//! A person's choices in a configuration.
 
 use super::config::is_built_in;
 use super::{ColorConfig, Transform, VARIABLE};
@@ -6,7 +6,7 @@ use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Which configuration, and what of it.
+/// A configuration, and the choices in it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::Args)]
 #[serde(default)]
 pub struct ColorChoice {
@@ -30,12 +30,12 @@ pub struct ColorChoice {
 }
 
 impl ColorChoice {
-    /// Whether anything of a configuration is asked for. A configuration alone changes no picture.
+    /// True if anything in a configuration is requested. A configuration alone changes no picture.
     pub fn is_asked(&self) -> bool {
         self.is_view() || self.space.is_some()
     }
 
-    /// Whether pictures go through a view.
+    /// True if pictures go through a view.
     pub fn is_view(&self) -> bool {
         self.space.is_none()
             && (self.display.is_some() || self.view.is_some() || self.look.is_some())
@@ -48,7 +48,7 @@ impl ColorChoice {
         self
     }
 
-    /// Which configuration: the one that is chosen, else that of the variable `OCIO`. None if there is none.
+    /// Path of the configuration: the one that is chosen, else that of the variable `OCIO`. None if there is none.
     pub fn named(&self) -> Option<PathBuf> {
         self.config.clone().or_else(of_environment)
     }
@@ -88,10 +88,10 @@ impl ColorChoice {
         ColorConfig::open(&named)
     }
 
-    /// What is to become of our light. None if nothing is asked for.
+    /// Transform of our light. None if nothing is requested.
     ///
     /// # Errors
-    /// When the configuration cannot be read or lacks what is asked for, or two things are asked for that exclude each other.
+    /// When the configuration cannot be read or lacks a requested part, or two requests exclude each other.
     pub fn transform(&self) -> Result<Option<Transform>> {
         if !self.is_asked() {
             return Ok(None);

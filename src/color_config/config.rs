@@ -23,7 +23,7 @@ pub struct ColorConfig {
     working: Working,
 }
 
-/// Whether a configuration is one that OpenColorIO itself holds.
+/// True if OpenColorIO itself holds the configuration.
 pub(super) fn is_built_in(config: &Path) -> bool {
     config.to_str().is_some_and(|name| name.starts_with("ocio://"))
 }
@@ -73,13 +73,13 @@ impl ColorConfig {
         &self.path
     }
 
-    /// What can be chosen.
+    /// Names to choose from.
     pub fn names(&self) -> ConfigNames {
         ConfigNames::of(&self.path, &self.config, self.working.name())
     }
 
-    /// What our light is on a display: `display` or its first, by `view` or the display's first, with `looks` in place of the
-    /// view's own.
+    /// Transform of our light to a display: `display` or its first, by `view` or the display's first, with `looks` in place of
+    /// the view's own.
     ///
     /// # Errors
     /// When the configuration has no such thing, or a table of it cannot be read.
@@ -172,7 +172,7 @@ impl ColorConfig {
         Ok(Some(LookTransform::new(working, working, looks).into()))
     }
 
-    /// Whether there are looks of these names.
+    /// Checks that there are looks of these names.
     fn check_looks(&self, looks: &str) -> Result<()> {
         let names =
             looks.split([',', ':', '|']).map(|name| name.trim().trim_start_matches(['+', '-']));

@@ -1,4 +1,4 @@
-//! What a configuration offers.
+//! Names that a configuration offers.
 
 use ocio::{Config, ReferenceSpaceType};
 use serde::Serialize;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct ConfigNames {
     pub config: PathBuf,
-    /// What it says of itself.
+    /// The configuration's own description.
     pub description: String,
     pub displays: Vec<DisplayNames>,
     pub looks: Vec<String>,
@@ -26,7 +26,7 @@ pub struct DisplayNames {
     pub views: Vec<String>,
 }
 
-/// What a colour space is for.
+/// Role of a colour space.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Role {
     pub role: String,
@@ -39,9 +39,9 @@ pub struct SpaceName {
     pub name: String,
     /// The menu that it belongs into; "" if none.
     pub family: String,
-    /// Whether it says that it is linear light of a scene.
+    /// The configuration calls it linear light of a scene.
     pub is_scene_linear: bool,
-    /// Whether it is for numbers that are no colours.
+    /// Its numbers are no colours.
     pub is_data: bool,
 }
 

@@ -89,7 +89,7 @@ const REC_709: &str = "  - !<ColorSpace>
     encoding: scene-linear
     to_scene_reference: !<MatrixTransform> {matrix: [0.439632982, 0.382988698, 0.177378320, 0, 0.0897764430, 0.813439429, 0.0967841280, 0, 0.0175411704, 0.111546553, 0.870912276, 0, 0, 0, 0, 1]}";
 
-/// What a person's chart has: corners, greys, colours between, light below black and far above white.
+/// Colours of a person's chart: corners, greys, colours between, light below black and far above white.
 fn chart() -> Vec<[f32; 3]> {
     let steps = [-0.05, 0.0, 0.001, 0.02, 0.18, 0.5, 1.0, 4.0, 60.0];
     let pairs = steps.iter().flat_map(|&r| steps.iter().map(move |&g| (r, g)));
@@ -106,7 +106,7 @@ fn frame() -> Image {
     })
 }
 
-/// What PyOpenColorIO makes of pixels: for each target as many.
+/// PyOpenColorIO's output for pixels: for each target as many.
 fn theirs(python: &Path, pixels: &[[f32; 3]], arguments: &[&str]) -> Vec<[f32; 3]> {
     let folder = tempfile::tempdir().unwrap();
     let [from, to] = ["in.f32", "out.f32"].map(|name| folder.path().join(name));
@@ -191,7 +191,7 @@ fn views_and_spaces_are_those_of_opencolorio_on_a_chart_and_on_a_frame() {
     }
 }
 
-/// How far a view's table is from the view, in codes of 8 bits: on average, at the 99th percentile and at most.
+/// Distance of a view's table from the view, in codes of 8 bits: on average, at the 99th percentile and at most.
 fn table_error(view: &Transform, light: &[[f32; 3]]) -> [f32; 3] {
     let table = view.table(None);
     let mut exact = light.to_vec();

@@ -1,4 +1,4 @@
-//! What a configuration makes of our light.
+//! Transforms of our light by a configuration.
 
 use imaging::color::unit;
 use imaging::color_space::{ColorSpace, transformed};
@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 /// Pixels that a thread takes at a time.
 const CHUNK: usize = 4096;
-/// How far matrices of the same space lie apart that were written with so many digits as people write.
+/// Largest distance between matrices of the same space that were written with so many digits as people write.
 const SAME: f32 = 2e-4;
 
-/// What light becomes.
+/// Target of a transform of light.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
     /// Codes of a display.

@@ -1,4 +1,4 @@
-//! What is looked at before OpenColorIO sees a configuration: it comes from a stranger.
+//! Checks before OpenColorIO sees a configuration: it comes from a stranger.
 
 use super::config::REMEDY;
 use base::error::{Error, Result};
@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// The longest table that is read, in bytes: a cube of 129 with 60 bytes a line, twice.
 const MOST_TABLE: u64 = 256 << 20;
-/// How deep lists may lie within each other. Real ones are less than 10 deep.
+/// Depth to which lists may lie within each other. Real ones are less than 10 deep.
 const DEEPEST: usize = 64;
 /// Aliases of YAML: a few repeat a text without end.
 const MOST_ALIASES: usize = 64;

@@ -1,8 +1,8 @@
-//! Where the program's own light is in a configuration.
+//! Place of the program's own light in a configuration.
 
 use ocio::{Config, Processor, Transform, TransformDirection};
 
-/// What linear Rec. 709 is called: by the ASWF's Color Interop Forum, by OpenColorIO's own configurations for ACES in their
+/// Names of linear Rec. 709: by the ASWF's Color Interop Forum, by OpenColorIO's own configurations for ACES in their
 /// versions, and by those that people still have from before (ACES 1.0 to 1.2, Blender).
 const NAMES: [&str; 8] = [
     "lin_rec709_scene",
@@ -19,7 +19,7 @@ const BUILT_IN: &str = "Linear Rec.709 (sRGB)";
 /// The role of the space that light is worked on in.
 const SCENE_LINEAR: &str = "scene_linear";
 
-/// How our light gets into a configuration.
+/// Way of our light into a configuration.
 #[derive(Debug)]
 pub(super) enum Working {
     /// It has the space under this name.
@@ -62,7 +62,7 @@ impl Working {
         }
     }
 
-    /// What a transform that begins at [`Self::name`] makes of linear Rec. 709.
+    /// Processor from linear Rec. 709 through a transform that begins at [`Self::name`].
     ///
     /// # Errors
     /// When the configuration lacks something for it.

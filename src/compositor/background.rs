@@ -38,7 +38,7 @@ pub(crate) fn draws_whole(effects: &Effects) -> bool {
     effects.asks(Pass::BackgroundBlur) || effects.asks(Pass::LightWrap)
 }
 
-/// How the environment is seen.
+/// The camera's view of the environment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraView {
     /// Vertical field of view in degrees, above 0 and below 180. It need not be the interview's: that
@@ -53,8 +53,7 @@ impl Default for CameraView {
     }
 }
 
-/// How the environment stands behind the subject: turned by a yaw in degrees, then by `tilt`, and times
-/// `level` per channel.
+/// Placement of the environment behind the subject: turned by a yaw in degrees, then by `tilt`, and times `level` per channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Backdrop {
     pub yaw_deg: f32,
@@ -63,7 +62,7 @@ pub struct Backdrop {
 }
 
 impl Backdrop {
-    /// What a scene asks for, in front of an environment whose level in the picture is `level`.
+    /// The backdrop that a scene asks for, in front of an environment whose level in the picture is `level`.
     pub fn of(scene: &Scene, level: f32) -> Self {
         let further = scene.lighting.background_yaw_deg;
         Self {
@@ -125,8 +124,8 @@ pub fn draw_background(
     });
 }
 
-/// What is seen at every `step`-th pixel along each axis: a picture that is far larger than what it sees of a panorama
-/// changes slowly, and is interpolated between these (by a cubic).
+/// The background at every `step`-th pixel along each axis: a picture that is far larger than what it sees of a
+/// panorama changes slowly, and is interpolated between these (by a cubic).
 struct Lattice {
     step: usize,
     /// Every pixel of every `step`-th row.
@@ -221,7 +220,7 @@ impl Recording<'_> {
     }
 }
 
-/// Where a picture's pixels look.
+/// Directions in which a picture's pixels look.
 struct Sampling {
     /// Width of a pixel at unit distance.
     pixel: f32,

@@ -26,7 +26,7 @@ pub(crate) const BACKGROUND_BLUR: Descriptor = Descriptor {
     })
 };
 
-/// What is done to the picture behind the subject, before the subject is laid over it.
+/// The blur of the picture behind the subject, before the subject is laid over it.
 pub(crate) const STEP: LightStep = LightStep {
     in_memory: |context, behind| {
         let radius = context.effects.background_blur * behind.height as f32;

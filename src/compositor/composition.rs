@@ -35,20 +35,20 @@ pub(super) struct Composition<'a, B: Backend> {
     facts: Facts,
     /// The subject, premultiplied; from the pass `light_wrap` on with what is behind it.
     linear: B::Light,
-    /// What is behind the subject, if it is needed whole.
+    /// The picture behind the subject, if it is needed whole.
     behind: Option<B::Light>,
     /// The background is in `linear` already.
     laid: bool,
     alpha: Mask,
     display: Option<B::Codes>,
-    /// What despill goes by.
+    /// The guide of despill.
     guide: Option<B::Light>,
     steady: Option<Steady>,
     /// On the subject's light, by the pass `smoothing`.
     gain: [f32; 3],
 }
 
-/// What became of a pass.
+/// The outcome of a pass.
 pub(super) struct Done {
     pass: Pass,
     ran: bool,
@@ -104,12 +104,12 @@ impl<'a, B: Backend> Composition<'a, B> {
         &self.facts
     }
 
-    /// What follows is measured and done for this pass.
+    /// Begins a pass: all that follows is measured and done for it.
     pub fn begin(&mut self, pass: Pass) {
         self.backend.begin(pass);
     }
 
-    /// What is cached under `key`, or what `make` makes, which is then cached.
+    /// The value cached under `key`, or the one that `make` makes, which is then cached.
     fn cached<T: Clone>(
         &mut self,
         place: impl Fn(&mut Cache<B::Light, B::Own>) -> &mut Cached<T>,

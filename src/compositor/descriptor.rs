@@ -1,4 +1,4 @@
-//! What is known of a pass beside its name and its strength: when it runs, what its picture depends on, and how it is
+//! Description of a pass beside its name and its strength: when it runs, what its picture depends on, and how it is
 //! made in memory and on a GPU. Each pass has one in the file of its name; [`crate::PASSES`] lists them.
 
 use super::facts::{Facts, Grain, key};
@@ -12,25 +12,25 @@ use scene::{Background, Effects, Output, Pass, Scene};
 pub struct PlannedPass {
     pub pass: Pass,
     pub run: bool,
-    /// Why it runs, or why it may be skipped without changing the picture; whether it was forced.
+    /// Reason for running it, or for skipping it without a change of the picture; it also says if it was forced.
     pub reason: String,
-    /// Why it cannot be forced to run or to be skipped; None if it can.
+    /// Reason that it cannot be forced to run or to be skipped; None if it can.
     pub fixed: Option<&'static str>,
     /// Stands for all that the picture after this pass depends on: equal keys stand for equal pictures. A pass that is
     /// skipped has the key of the picture that it passes on.
     pub key: u64,
 }
 
-/// Why a pass runs (`Ok`), or why it may be skipped (`Err`).
+/// Reason for running a pass (`Ok`), or that it may be skipped (`Err`).
 pub(crate) type Decision = std::result::Result<String, String>;
 
 /// A pass.
 #[derive(Clone, Copy)]
 pub(crate) struct Descriptor {
     pub pass: Pass,
-    /// Why it cannot be forced; None if it can.
+    /// Reason that it cannot be forced; None if it can.
     pub fixed: fn(&Scene) -> Option<&'static str>,
-    /// Whether it runs.
+    /// The decision to run it or to skip it.
     pub decide: fn(&PassContext) -> Decision,
     /// Stands for the settings and measurements that it goes by.
     pub settings: fn(&PassContext) -> u64,
@@ -62,7 +62,7 @@ pub(crate) fn key_of(planned: &[PlannedPass], pass: Pass) -> u64 {
     found.map_or(0, |found| found.key)
 }
 
-/// How a pass is made.
+/// The way a pass is made.
 #[derive(Clone, Copy)]
 pub(crate) enum Run {
     /// Before the picture is composed: there is nothing to do.
@@ -104,7 +104,7 @@ pub(crate) struct CodesStep {
     ) -> Result<GpuPicture>,
 }
 
-/// What steps on codes read besides.
+/// Further input of steps on codes.
 pub(crate) struct CodesInput<'a> {
     /// The subject's coverage.
     pub mask: &'a Mask,
@@ -116,7 +116,7 @@ pub(crate) struct CodesInput<'a> {
     pub second: Option<&'a Encoded>,
 }
 
-/// What a pass is decided and made by.
+/// Input that a pass is decided and made by.
 pub(crate) struct PassContext<'a> {
     pub scene: &'a Scene,
     /// The scene's, each strength within its bounds.
@@ -153,7 +153,7 @@ impl PassContext<'_> {
     }
 }
 
-/// Why a pass is skipped.
+/// Reason for skipping a pass.
 pub(crate) const NOT_ASKED: &str = "off";
 pub(crate) const NO_BACKGROUND: &str = "background is off";
 const LINEAR: &str = "the output stays linear";

@@ -39,10 +39,10 @@ pub(crate) const DESPILL: Descriptor = Descriptor {
 /// Spill that takes less than this share of the rim's luminance is left where it is.
 const LEAST_SPILL: f32 = 0.005;
 
-/// How far spill reaches inwards from the matte's edge, as a share of the picture's height.
+/// Reach of spill inwards from the matte's edge, as a share of the picture's height.
 const REACH: f32 = 1.0 / 48.0;
 
-/// How far inside the natural colour is looked for, in units of that reach.
+/// Distance inside at which the natural colour is looked for, in units of that reach.
 const INSIDE: f32 = 3.0;
 
 /// Colours differ by this much by themselves.
@@ -52,7 +52,7 @@ fn reach(height: usize) -> f32 {
     (REACH * height as f32).max(1.0)
 }
 
-/// How much each pixel belongs to the matte's rim, `[0, 1]`: 1 along its edge, 0 far inside and outside.
+/// Degree to which each pixel belongs to the matte's rim, `[0, 1]`: 1 along its edge, 0 far inside and outside.
 pub fn rim(mask: &Mask) -> Mask {
     let (width, height) = mask.size();
     let open = mask.pixels.iter().map(|a| [1.0 - a, 0.0, 0.0, 0.0]);
@@ -67,9 +67,8 @@ pub fn rim(mask: &Mask) -> Mask {
     Mask { width, height, pixels: inside.map(weight).collect() }
 }
 
-/// What the pass goes by at every pixel of a premultiplied subject: how much it belongs to the rim, and
-/// the most green and blue over the mean of the other two that is natural there. Where nothing of the
-/// subject is further inside, that is 1.
+/// The pass's guide at every pixel of a premultiplied subject: how much it belongs to the rim, and the most green and blue over
+/// the mean of the other two that is natural there. Where nothing of the subject is further inside, that is 1.
 pub fn guide(subject: &Image, mask: &Mask, rim: &Mask) -> Image {
     let inner = rgba(subject, |i, [r, g, b]| {
         // Nothing of the rim: its colour is what is in doubt.
@@ -164,7 +163,7 @@ fn mean_of_others(pixel: [f32; 3], channel: usize) -> f32 {
     0.5 * sum
 }
 
-/// What a pixel of the rim has of the colour beyond what is natural.
+/// Excess of the colour in a pixel of the rim beyond its natural amount.
 fn surplus(pixel: [f32; 3], guide: [f32; 3], channel: usize) -> f32 {
     guide[0] * (pixel[channel] - guide[channel] * mean_of_others(pixel, channel)).max(0.0)
 }

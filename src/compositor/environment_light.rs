@@ -17,7 +17,7 @@ pub struct EnvironmentLight {
     environment: Arc<Environment>,
     lit: EnvironmentWeights,
     levels: Levels,
-    /// What `weights` are of.
+    /// The lighting of `weights`.
     lighting: Lighting,
     yaw_deg: f32,
     weights: LightWeights,
@@ -73,7 +73,7 @@ impl EnvironmentLight {
         Ok((light.insert(updated), Some(ms)))
     }
 
-    /// Whether this is the light of that environment: the same one, not an equal one.
+    /// True if this is the light of that environment: the same one, not an equal one.
     pub fn is_of(&self, environment: &Arc<Environment>) -> bool {
         Arc::ptr_eq(&self.environment, environment)
     }

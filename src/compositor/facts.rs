@@ -1,10 +1,10 @@
-//! What passes are decided by: what was made before, and what was measured of the picture so far.
+//! Facts that passes are decided by: what was made before, and what was measured of the picture so far.
 
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// What the plan has to know besides the scene. What decides about an effect is measured only if the scene asks for
-/// the effect; else it stays at its default.
+/// Facts that the plan needs besides the scene. What decides about an effect is measured only if the scene asks for the
+/// effect; else it stays at its default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Facts {
     /// The reflectance field of the scene's frame was cached.
@@ -21,13 +21,13 @@ pub struct Facts {
     pub fine_light: bool,
     /// Share in `[0, 1]` of pixels that the subject does not cover wholly.
     pub open_share: f32,
-    /// What the picture is made of, as numbers.
+    /// Ingredients of the picture, as numbers.
     pub inputs: Inputs,
     /// The gain that would hold this frame's brightness steady; None if it was not measured.
     pub steady_gain: Option<[f32; 3]>,
     /// The spill in the relit subject's rim; None if it was not measured.
     pub spill: Option<Spill>,
-    /// What wrapping wholly would add to the rim, as a share of the rim's light.
+    /// Light that wrapping wholly would add to the rim, as a share of the rim's light.
     pub wrap_need: f32,
     /// The largest linear value before exposure.
     pub brightest: f32,
@@ -67,7 +67,7 @@ pub enum Screen {
 pub struct Spill {
     /// The colour of which there is more.
     pub screen: Screen,
-    /// What taking all of it out takes from the rim, as a share of the rim's luminance.
+    /// Luminance that the rim loses if all spill is taken out, as a share of the rim's luminance.
     pub excess: f32,
 }
 

@@ -94,7 +94,7 @@ impl Field {
         }
     }
 
-    /// What the OLATs take of the memory that they are in.
+    /// Size of the OLATs in bytes, in the memory that holds them.
     pub fn bytes(&self) -> usize {
         match self {
             Self::Memory(field) => size_of_val(&field.values[..]),

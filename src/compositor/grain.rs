@@ -128,7 +128,7 @@ fn places((width, height): (usize, usize)) -> Option<(usize, usize)> {
     (inner > 0).then(|| (step, inner.div_ceil(step)))
 }
 
-/// What is seen of one place.
+/// Measurements of one place.
 struct Sample {
     /// Smoothed.
     code: f32,

@@ -1,4 +1,4 @@
-//! How bright subject and background are, before the scene's own exposure.
+//! Brightness of subject and background, before the scene's own exposure.
 //!
 //! Neither has an absolute scale: an HDRI's radiance is in units of its own, and a reflectance field
 //! in units of the OLAT session. Their ratio cannot be measured either if the mirror balls were
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 /// light skin (0.35).
 const SUBJECT_ALBEDO: f32 = 0.35;
 
-/// Where the subject's mean lands at 0 stops: the middle grey of photography.
+/// Level of the subject's mean at 0 stops: the middle grey of photography.
 const MIDDLE_GREY: f32 = 0.18;
 
 /// Factors from stored units to the picture's, constant over a clip.
@@ -66,7 +66,7 @@ impl Levels {
         1.0 / self.background
     }
 
-    /// What brings weights of a light whose radiance is 1 in the mean to these levels.
+    /// Factor that brings weights of a light whose radiance is 1 in the mean to these levels.
     pub fn of_unit_light(&self) -> f32 {
         positive(MIDDLE_GREY / (SUBJECT_ALBEDO * self.background))
     }

@@ -33,7 +33,7 @@ pub(crate) const LIGHT_WRAP: Descriptor = Descriptor {
 /// Wrapped light that adds less than this share to the rim's is skipped.
 const LEAST_WRAP: f32 = 0.002;
 
-/// How far the light reaches around a rim, as a share of the picture's height.
+/// Reach of the light around a rim, as a share of the picture's height.
 const REACH: f32 = 1.0 / 48.0;
 
 /// Longer side in pixels of the pictures that the need for wrapping is measured on.
@@ -66,8 +66,8 @@ pub(super) fn measured_size((width, height): (usize, usize)) -> (usize, usize) {
     (small(width), small(height))
 }
 
-/// What wrapping wholly would add to the rim, as a share of the light that the rim has: the need for it,
-/// of pictures of [`measured_size`]. 0 if there is no rim.
+/// Light that wrapping wholly would add to the rim, as a share of the light that the rim has: the need for it, of
+/// pictures of [`measured_size`]. 0 without a rim.
 pub(super) fn need(subject: &Image, mask: &Mask, behind: &Image) -> f32 {
     let past = light_past(mask, behind);
     let (mut added, mut there) = (0f64, 0f64);
@@ -118,7 +118,7 @@ impl Recording<'_> {
         self.plain((&SHADER, "over"), [0; 2], subject, Some(behind))
     }
 
-    /// What wrapping light would add to the rim, as [`light_wrap`] measures it: on two pictures of at most 64 pixels
+    /// Light that wrapping would add to the rim, as [`light_wrap`] measures it: on two pictures of at most 64 pixels
     /// along each side, 128 KiB.
     ///
     /// # Errors

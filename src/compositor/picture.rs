@@ -1,4 +1,4 @@
-//! What goes into a picture, and what comes out: plain data.
+//! Ingredients and results of a picture: plain data.
 
 use super::background::CameraView;
 use super::facts::{Grain, Spill};
@@ -11,7 +11,7 @@ use light::{Environment, LightWeights};
 use scene::ViewTransform;
 use serde::{Deserialize, Serialize};
 
-/// What a picture is made of.
+/// Ingredients of a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Ingredients<'a> {
     /// The scene's frame under every lamp. Values outside the mask are not used.
@@ -24,7 +24,7 @@ pub struct Ingredients<'a> {
     pub levels: Levels,
     pub view: CameraView,
     pub upstream: Upstream,
-    /// What some effects read besides.
+    /// Further input of some effects.
     pub extra: Extra<'a>,
 }
 
@@ -45,20 +45,20 @@ impl<'a> Ingredients<'a> {
     }
 }
 
-/// What some effects read; an effect does nothing if its input is missing.
+/// Input of some effects; an effect does nothing if its input is missing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Extra<'a> {
     /// The frame's plate, if the picture is to have its size.
     pub plate: Option<&'a Plate>,
     /// A picture that is soon there is better than a sharp one: the plate's fine light is left out.
     pub draft: bool,
-    /// What the frame before handed on, for the pass `smoothing`: its [`Picture::steady`].
+    /// Data that the frame before handed on, for the pass `smoothing`: its [`Picture::steady`].
     pub before: Option<&'a Steady>,
     /// The plate's grain under the scene's view transform, for the pass `grain`.
     pub grain: Option<&'a Grain>,
     /// A second picture of the same size, for the pass `difference`.
     pub second: Option<&'a Encoded>,
-    /// What [`crate::compose_reusing`] recognizes its inputs by.
+    /// Numbers by which [`crate::compose_reusing`] recognizes its inputs.
     pub identity: Identity,
 }
 
@@ -73,7 +73,7 @@ pub struct Identity {
     pub second: u64,
 }
 
-/// What the two passes before the compositor took in milliseconds; None if the result was cached.
+/// Times of the two passes before the compositor in milliseconds; None if the result was cached.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Upstream {
     pub predict_ms: Option<f64>,
@@ -91,23 +91,23 @@ pub struct Picture {
     /// sRGB codes of `linear` under the scene's view transform with grain and dither, or what is inspected
     /// in their place; None if the scene's output is linear.
     pub display: Option<Encoded>,
-    /// What ran and what did not, in order.
+    /// Passes that ran and that did not, in order.
     pub passes: Vec<PassReport>,
-    /// How `linear` becomes codes of a display.
+    /// The transform from `linear` to codes of a display.
     pub view: ViewTransform,
-    /// What the next frame's picture is smoothed by; None if the scene does not ask for smoothing.
+    /// Data that the next frame's picture is smoothed by; None if the scene does not ask for smoothing.
     pub steady: Option<Steady>,
     /// The spill that was measured; None if the scene does not ask for despill.
     pub spill: Option<Spill>,
 }
 
-/// What became of one pass.
+/// The outcome of one pass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassReport {
     pub name: String,
     pub ran: bool,
     pub reason: String,
-    /// Why it cannot be forced to run or to be skipped; None if it can.
+    /// Reason that it cannot be forced to run or to be skipped; None if it can.
     #[serde(skip)]
     pub fixed: Option<String>,
     /// Time it took in milliseconds, measuring whether it is called for included: on the CPU by the wall,

@@ -1,4 +1,4 @@
-//! Which passes a scene calls for, and why. The plan is data: it can be shown, tested and overruled.
+//! Passes that a scene calls for, with the reasons. The plan is data: it can be shown, tested and overruled.
 
 use super::PASSES;
 use super::descriptor::{NOT_ASKED, PassContext, PlannedPass, Run};

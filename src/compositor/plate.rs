@@ -54,8 +54,8 @@ pub(crate) const PLATE: Descriptor = Descriptor {
     })
 };
 
-/// What is added to the plate's light, as a share of its mean: a ratio in the dark stays finite and does not multiply
-/// noise. Measured on a shoot with its truth, 0 to 2 % are equally good there, and 10 % lose up to 0.7 dB.
+/// Light added to the plate's, as a share of its mean: a ratio in the dark stays finite and does not multiply noise.
+/// Measured on a shoot with its truth, 0 to 2 % are equally good there, and 10 % lose up to 0.7 dB.
 const FLOOR: f32 = 0.01;
 
 /// The smallest floor, for a plate that is black.
@@ -244,7 +244,7 @@ impl Plate {
             + self.fine.as_ref().map_or(0, |fine| fine.bytes())
     }
 
-    /// Whether light of `size` pixels has to be brought to this plate: not if both are the same picture.
+    /// True if light of `size` pixels has to be brought to this plate: not if both are the same picture.
     pub(crate) fn is_larger(&self, size: (usize, usize)) -> bool {
         let whole = PlateSquare { x: 0.0, y: 0.0, side: size.0 as f32 };
         (self.size(), self.square) != (size, whole)
@@ -321,7 +321,7 @@ fn multiply(line: &mut [f32], lit: &[f32], rows: [&[f32]; 4], shares: [f32; 4]) 
     }
 }
 
-/// What is added to the light of a plate.
+/// Light added to that of a plate.
 fn floor(radiance: &Image, matte: &Mask) -> f32 {
     let (mut sum, mut covered) = (0f64, 0f64);
     for (pixel, &alpha) in radiance.pixels.iter().zip(&matte.pixels) {
@@ -420,7 +420,7 @@ fn nearest(size: usize, known: impl Fn(usize) -> bool) -> Vec<u32> {
 /// A plate on the GPU.
 #[derive(Clone, Debug)]
 pub(crate) struct GpuPlate {
-    /// What the light multiplies, with the matte as its fourth value.
+    /// The picture that the light multiplies, with the matte as its fourth value.
     pub lit: GpuPicture,
     nodes: GpuPicture,
     size: usize,

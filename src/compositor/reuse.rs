@@ -1,5 +1,4 @@
-//! What pictures leave for the next one: the picture after each pass that costs, with the key that it was
-//! made under.
+//! Pictures kept for the next one: the picture after each pass that costs, with the key that it was made under.
 
 use super::facts::{Grain, Spill};
 use super::passes::{GpuMatte, GpuPicture};
@@ -8,8 +7,8 @@ use imaging::{Image, Mask};
 use scene::Pass;
 use std::sync::Arc;
 
-/// What is cached from one picture to the next, for each device that made one. It belongs to one series of
-/// pictures, such as those of a window, and holds at most six pictures, a matte and a panorama.
+/// Cache from one picture to the next, for each device that made one. It belongs to one series of pictures, such as
+/// those of a window, and holds at most six pictures, a matte and a panorama.
 #[derive(Clone, Debug, Default)]
 pub struct Reuse {
     pub(super) memory: Cache<Arc<Image>, Rim>,
@@ -19,7 +18,7 @@ pub struct Reuse {
 /// The rim of the last matte that was asked for.
 pub(super) type Rim = Cached<Arc<Mask>>;
 
-/// What was copied to the GPU, and made there, for a frame and for an environment.
+/// Pictures that were copied to the GPU, and made there, for a frame and for an environment.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Uploads {
     pub matte: Cached<GpuMatte>,
@@ -28,20 +27,20 @@ pub(super) struct Uploads {
     pub panorama: Cached<GpuPicture>,
 }
 
-/// What one device caches, in pictures of the kind `L`.
+/// The cache of one device, in pictures of the kind `L`.
 #[derive(Clone, Debug)]
 pub(super) struct Cache<L, O> {
     /// The picture after a pass: the subject, until it is laid over its background in `light_wrap`; after
     /// `background_blur` what is behind it.
     after: [Cached<L>; Pass::ALL.len()],
-    /// What despill goes by, and what it measured.
+    /// The guide of despill, and the spill that it measured.
     pub spill: Cached<(L, Spill)>,
     pub wrap_need: Cached<f32>,
     /// The largest value before glare.
     pub brightest: Cached<f32>,
     /// The codes' own grain.
     pub grain: Cached<Grain>,
-    /// What the device caches for itself.
+    /// The device's cache for itself.
     pub own: O,
 }
 
@@ -76,7 +75,7 @@ impl<T> Default for Cached<T> {
 }
 
 impl<T: Clone> Cached<T> {
-    /// What was made under this key, if that is what is cached.
+    /// The value made under this key, if that one is cached.
     pub fn get(&self, key: u64) -> Option<T> {
         let cached = self.0.as_ref().filter(|(of, _)| *of == key);
         cached.map(|(_, value)| value.clone())

@@ -12,7 +12,7 @@ use scene::Pass;
 pub struct ShownPicture {
     /// Until it is read it has neither pixels nor the times of its passes.
     pub picture: Picture,
-    /// What the window draws; None if the picture was made in memory.
+    /// The texture that the window draws; None if the picture was made in memory.
     pub texture: Option<DisplayTexture>,
     unread: Option<Unread>,
 }
@@ -34,7 +34,7 @@ impl ShownPicture {
         Self { picture, texture, unread }
     }
 
-    /// Whether its pixels are in memory.
+    /// True if its pixels are in memory.
     pub fn is_read(&self) -> bool {
         self.unread.is_none()
     }

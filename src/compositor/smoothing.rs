@@ -39,7 +39,7 @@ const CUT: f32 = 1.25;
 /// Gains nearer to 1 than this change no value by a third of a step of 8 bits.
 pub const UNSEEN: f32 = 0.001;
 
-/// What one frame hands on to the next.
+/// Data that one frame hands on to the next.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Steady {
     /// The frame that this was made from.
@@ -103,7 +103,7 @@ pub(super) fn step(pixels: usize) -> usize {
     pixels.div_ceil(SAMPLES).max(1) | 1
 }
 
-/// What is compared of a subject: every so many pixels one, NaN if it is not solid. `even` has every
+/// Pixels of a subject that are compared: every so many pixels one, NaN if it is not solid. `even` has every
 /// [`step`]-th pixel, in order.
 pub(super) fn samples(even: impl Iterator<Item = [f32; 3]>, mask: &Mask) -> Vec<[f32; 3]> {
     let alphas = mask.pixels.iter().step_by(step(mask.pixels.len()));

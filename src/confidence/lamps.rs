@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 const MOST_SLOPE: f64 = 1.0;
 const LEAST: f64 = 1e-12;
 
-/// What a left-out pose showed, by lamp.
+/// Errors of a left-out pose, by lamp.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LampErrors {
     /// Mean squared errors of encoded values.
@@ -18,7 +18,7 @@ pub struct LampErrors {
     pub squared_spreads: Vec<f64>,
 }
 
-/// How a picture's error is shared among the lamps.
+/// Each lamp's share of a picture's error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LampShares {
     /// Logarithms of each lamp's usual error, and of its usual spread, over the picture's.

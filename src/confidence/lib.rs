@@ -1,4 +1,4 @@
-//! How far predictions can be trusted where there is no truth.
+//! Trust in predictions without a truth.
 //!
 //! The exemplars say it themselves. Which frames are unlike every pose? The light that the best exemplar leaves unexplained
 //! says how far a frame is; that of each pose carried over from the others says how far is far. And how large is the error?

@@ -1,5 +1,5 @@
-//! How large an error is, by the light that the best exemplar leaves unexplained and by the spread of the exemplars, learnt
-//! from poses that are predicted from the others.
+//! Size of an error, by the light that the best exemplar leaves unexplained and by the spread of the exemplars, learnt from
+//! poses that are predicted from the others.
 //!
 //! With e a cell's error, d its distance and s its spread, ln e = a + b ln d + c ln s is fitted over the cells of all left-out
 //! poses, each pose weighing the same. The cells of one pose err together, so coverage is counted by pose, as conformal
@@ -16,7 +16,7 @@ const LEAST_ERROR: f64 = 1e-4;
 /// An error may at most grow with this power of distance, and of spread.
 const MOST_SLOPE: f64 = 2.0;
 
-/// What a cell shows without a truth.
+/// Signs of a cell's error without a truth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sign {
     /// Root mean square of the logarithm of frame over best prediction under the interview's light.
@@ -34,7 +34,7 @@ impl Sign {
 /// Logarithms of a cell's signs and of its error.
 type Logs = ([f64; 2], f64);
 
-/// What a pose that was left out showed, by cell.
+/// Errors of a pose that was left out, by cell.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PoseErrors {
     pub signs: Vec<Sign>,

@@ -1,4 +1,4 @@
-//! What was found, and its words.
+//! Results, and their words.
 
 use super::lamps::LampShares;
 use super::relation::{PoseErrors, Relation, Sign};
@@ -17,7 +17,7 @@ const MOST_UNCOVERED: f32 = 0.1;
 /// The share of a picture's cells that what is said of errors holds for.
 pub const SAID_SHARE: f64 = 0.8;
 
-/// How far the frames of an interview can be trusted.
+/// Trust in the frames of an interview.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConfidenceReport {
     pub format: u32,
@@ -39,12 +39,12 @@ pub struct ConfidenceReport {
     pub lamps: Option<LampShares>,
     #[serde(default)]
     pub left_out: Vec<PoseErrors>,
-    /// How often what is said of errors held, if a truth was given.
+    /// Test of the predicted errors, if a truth was given.
     #[serde(default)]
     pub judged: Option<Judged>,
 }
 
-/// How often what was said of errors held on frames whose truth is known.
+/// Test of the predicted errors on frames whose truth is known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
     pub frames: usize,
@@ -61,7 +61,7 @@ pub struct Judged {
     pub frames_reaching: f64,
     /// The mean of real less expected PSNR in decibels: above 0, errors were smaller than expected.
     pub better_by_db: f64,
-    /// How well expected and real errors of cells agree, as the correlation of their logarithms.
+    /// Agreement of expected and real errors of cells, as the correlation of their logarithms.
     pub correlation: f64,
     /// The same of lamps within each frame; None without [`LampShares`].
     pub lamp_correlation: Option<f64>,
@@ -169,7 +169,7 @@ fn folder(project: &Project) -> PathBuf {
     project.result_path("confidence")
 }
 
-/// What tells calibrations apart: FNV-1a of the file's text, or nothing without a file.
+/// A mark that tells calibrations apart: FNV-1a of the file's text, or nothing without a file.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -196,7 +196,7 @@ fn correlation(pairs: &[(f64, f64)]) -> f64 {
     if apart > 0.0 { together / apart } else { 0.0 }
 }
 
-/// How far a frame can be trusted.
+/// Trust in a frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameConfidence {
     pub frame: usize,
@@ -227,7 +227,7 @@ impl FrameConfidence {
 pub struct Expected {
     /// PSNR in decibels.
     pub psnr_db: f64,
-    /// What all but one of k + 1 frames reach, with k poses.
+    /// PSNR in decibels that all but one of k + 1 frames reach, with k poses.
     pub at_least_db: f64,
 }
 
@@ -254,7 +254,7 @@ impl ConfidenceReport {
         })
     }
 
-    /// Where it is kept.
+    /// Path of the report's file.
     pub fn path(project: &Project) -> PathBuf {
         folder(project).join(NAME)
     }
@@ -273,7 +273,7 @@ impl ConfidenceReport {
         write_beside(&path, |out| out.write_all(text.as_bytes()))
     }
 
-    /// What was found for the project, if anything, and true if its calibration is still the same.
+    /// The project's report, if there is one, and true if its calibration is still the same.
     ///
     /// # Errors
     /// When the file cannot be read, or is not what this program writes.

@@ -139,7 +139,7 @@ impl Estimate<'_> {
         results
     }
 
-    /// How often a relation holds on the frames of a truth; None if it has no OLATs.
+    /// Test of a relation on the frames of a truth; None if it has no OLATs.
     fn judged(
         &self,
         folder: &Path,

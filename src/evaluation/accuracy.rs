@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use transfer::FineField;
 
-/// Where the reflectance field of a frame comes from.
+/// Origin of a frame's reflectance field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
@@ -48,13 +48,13 @@ impl Method {
         matches!(self, Self::Prediction | Self::Transfer | Self::Network)
     }
 
-    /// Whether it learns when it is evaluated.
+    /// True if it learns when it is evaluated.
     pub fn learns(self) -> bool {
         matches!(self, Self::Texler | Self::Sun)
     }
 }
 
-/// What a method makes of a frame.
+/// A method's prediction of a frame.
 pub enum Predicted {
     /// Its OLATs, of which all else is summed, and what light does within their pixels.
     Field(ReflectanceField, Option<FineField>),
@@ -72,11 +72,11 @@ pub struct Pictures {
     pub picture_ms: f64,
 }
 
-/// How close a method comes to the truth.
+/// Accuracy of a method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
     pub method: Method,
-    /// What the measured pictures show, and at which resolution.
+    /// Part of the plate and resolution of the measured pictures.
     #[serde(default = "working_size")]
     pub at: PictureSize,
     /// Frames that were measured.
@@ -102,7 +102,7 @@ pub struct Scores {
     pub frame_ms: Option<f64>,
 }
 
-/// What scores without that entry were measured at.
+/// Size at which scores without that entry were measured.
 fn working_size() -> PictureSize {
     PictureSize::Square
 }
@@ -240,8 +240,8 @@ mod tests {
         hdri_bank_weights: BTreeMap<String, Weights>,
     }
 
-    /// What an independent program (numpy, OpenCV) gives for this shoot at 128 × 128 by the definition of
-    /// the measure, with the true response and the true weights. Without the one scale per environment it
+    /// Figures of an independent program (numpy, OpenCV) for this shoot at 128 × 128 by the definition of
+    /// the measure, with the true response and the true weights. Without the one scale per environment the program
     /// gives the baselines that were published for this shoot: 30.9 and 38.4 dB for the true OLATs,
     /// 22.7 and 22.9 for the nearest pose, 24.2 and 31.1 for the ratio. The scale moves the first of
     /// them most, by 0.44 dB; none of the others by more than 0.14.

@@ -23,7 +23,7 @@ use std::path::Path;
 use std::time::Instant;
 use transfer::FineField;
 
-/// What a method made of the frames of a truth.
+/// A method's pictures of the frames of a truth.
 pub struct Comparison {
     method: Method,
     at: PictureSize,
@@ -119,7 +119,7 @@ pub fn compare(
 }
 
 impl Comparison {
-    /// How near the pictures come to their truths.
+    /// Accuracy of the pictures.
     ///
     /// # Errors
     /// When a frame has no subject.

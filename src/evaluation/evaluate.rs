@@ -28,24 +28,24 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use transfer::{FineField, OlatPredictor};
 
-/// How long methods may learn that learn when they are evaluated, in minutes.
+/// Allowed minutes of learning for methods that learn when they are evaluated.
 pub const MINUTES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
 /// As `quick`.
 const DEFAULT_MINUTES: f64 = 10.0;
 
-/// What to evaluate, and what to write.
+/// Settings of an evaluation and of its files.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct EvaluateSettings {
     /// A folder with truth.json and truth/.
     #[arg(long, value_name = "DIR")]
     pub truth: PathBuf,
-    /// What predicts the OLATs.
+    /// Method that predicts the OLATs.
     #[arg(long = "with", value_enum, default_value_t = Method::Prediction)]
     pub method: Method,
-    /// What the pictures show that are measured, and at which resolution.
+    /// Part of the plate and resolution of the measured pictures.
     #[arg(long, value_enum, default_value_t)]
     pub at: PictureSize,
-    /// How an environment is given to the lamps.
+    /// Weighting of the lamps for an environment.
     #[arg(long = "weights", value_enum, default_value_t)]
     pub weighting: Weighting,
     /// Minutes that texler and sun may learn, which happens now [default: as long as the project's network did, else 10].
@@ -67,7 +67,7 @@ pub struct EvaluateSettings {
     /// Also write each relit frame as it is measured, and its truth, into this folder.
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,
-    /// Where the network runs.
+    /// Device of the network.
     #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
 }
@@ -80,7 +80,7 @@ pub struct EvaluateReport {
     /// Steps and seconds of training of the network that was evaluated; of texler, of that for the environments.
     pub training_steps: Option<u64>,
     pub training_seconds: Option<f64>,
-    /// How much the interview flickers, relit by the network under the truth's first environment.
+    /// Flicker of the interview, relit by the network under the truth's first environment.
     pub flicker: Option<ClipFlicker>,
 }
 
@@ -266,7 +266,7 @@ fn training_of(predictor: &OlatPredictor, method: Method) -> Option<Spent> {
     Some(Spent { steps: info.step, seconds: info.seconds })
 }
 
-/// How long methods may learn that learn now, in minutes: as asked, or as long as the project's network did.
+/// Minutes of learning for methods that learn now: as asked, or as long as the project's network did.
 pub fn learning_minutes(project: &Project, asked: Option<f64>) -> f64 {
     let trained = || reflectance::checkpoint::info(&project.checkpoint_path()).ok();
     let minutes = asked.or_else(|| Some(trained()?.seconds / 60.0));
@@ -274,7 +274,7 @@ pub fn learning_minutes(project: &Project, asked: Option<f64>) -> f64 {
     minutes.clamp(*MINUTES.start(), *MINUTES.end())
 }
 
-/// What a training cost, in words.
+/// Cost of a training, in words.
 fn cost(spent: Spent, device: &str) -> String {
     let minutes = spent.seconds / 60.0;
     format!("{minutes:.1} min of training, {} steps, {device}", spent.steps)

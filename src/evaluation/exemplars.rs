@@ -12,7 +12,7 @@ use reflectance::ReflectanceField;
 /// The poses that a method takes frames' OLATs from.
 pub struct Nearest {
     poses: Vec<Pose>,
-    /// Whether they are multiplied by frame / pose.
+    /// They are multiplied by frame / pose.
     ratio: bool,
 }
 

@@ -1,5 +1,4 @@
-//! How close relit pictures come to the truth by several measures, all at the exposure and on the codes of the
-//! [measure](super::metrics).
+//! Accuracy of relit pictures by several measures, all at the exposure and on the codes of the [measure](super::metrics).
 
 use super::flip::{PIXELS_PER_DEGREE, flip};
 use super::metrics::{Compared, check, encoded, mean_inside, psnr};
@@ -8,7 +7,7 @@ use base::error::Result;
 use imaging::{Encoded, Image};
 use serde::{Deserialize, Serialize};
 
-/// How close pictures come to their truths, as means over frames.
+/// Accuracy of pictures, as means over frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Fidelity {
     /// PSNR of the subject in decibels.

@@ -52,7 +52,7 @@ pub struct Flicker {
     pub plate: f64,
     /// Of the relit clip, with the same.
     pub relit: f64,
-    /// What the relit clip has beyond the plate.
+    /// Flicker of the relit clip beyond the plate's.
     pub beyond: f64,
 }
 
@@ -108,7 +108,7 @@ fn to_follow(moment: &Moment) -> Encoded {
     flow_picture(&Encoded(moment.plate.map(|pixel| pixel.map(code))))
 }
 
-/// Where the subject is solid now and, by motion that is believed, before and after.
+/// Pixels at which the subject is solid now and, by motion that is believed, before and after.
 fn followed(now: &Moment, others: [(&Flow, &Moment); 2]) -> Vec<bool> {
     let (width, height) = now.mask.size();
     let mut solid: Vec<bool> = now.mask.pixels.iter().map(|&alpha| alpha > SOLID).collect();

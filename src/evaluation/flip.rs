@@ -275,7 +275,7 @@ pub(super) mod tests {
         assert!(mean_inside(&found.error, &Mask::filled(9, 10, 1.0)).is_err());
     }
 
-    /// What `flip_evaluator` 1.7, the authors' package, gives for these pictures.
+    /// Figures of `flip_evaluator` 1.7, the authors' package, for these pictures.
     #[test]
     fn errors_are_those_of_the_authors_program() {
         let even = |[r, g, b]: [f32; 3]| Encoded(Raster::filled(16, 16, [r, g, b]));

@@ -20,7 +20,7 @@ fn harmonics([x, y, z]: [f64; 3]) -> [f64; COUNT] {
     [1.0, x, y, z, x * y, y * z, x * z, x * x - y * y, 3.0 * z * z - 1.0]
 }
 
-/// What each lamp's fitted answer is made of: `[to][from]`, a projection.
+/// Shares of all lamps in each lamp's fitted answer: `[to][from]`, a projection.
 fn projection(directions: &[[f64; 3]]) -> Vec<Vec<f64>> {
     let rows: Vec<[f64; COUNT]> = directions.iter().copied().map(harmonics).collect();
     let mut normal = [[0.0; COUNT]; COUNT];

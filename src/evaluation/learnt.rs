@@ -65,7 +65,7 @@ impl Learnt {
         Ok(Self { names, lights, kind })
     }
 
-    /// What learning took: of Texler's, the network for the lights, not the one for single lamps.
+    /// Cost of learning: of Texler's, the network for the lights, not the one for single lamps.
     pub fn spent(&self) -> Spent {
         match &self.kind {
             Kind::Texler(looks, _) => looks.spent,

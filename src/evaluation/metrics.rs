@@ -27,7 +27,7 @@ pub struct Compared<'a> {
     pub mask: &'a Mask,
 }
 
-/// What was measured.
+/// Result of a measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Psnr {
     /// Mean over frames in decibels.
@@ -113,7 +113,7 @@ pub(super) fn code(exposed: f64) -> f64 {
     exposed.clamp(0.0, 1.0).powf(1.0 / GAMMA)
 }
 
-/// What pictures are multiplied by, from the luminances of pictures and truths.
+/// Factor of the pictures, from the luminances of pictures and truths.
 pub(super) fn scale([pictures, truths]: [f64; 2]) -> f64 {
     let ratio = truths / pictures;
     // A black prediction cannot be scaled to anything.

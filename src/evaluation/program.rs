@@ -1,4 +1,4 @@
-//! Which program measures: figures of two builds may differ because the code does.
+//! Build of the program that measures: figures of two builds may differ because the code does.
 
 use std::io::Read;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Where pictures are wrong: the measure's error in the regions of the subject that light makes.
+//! Places of errors: the measure's error in the regions of the subject that light makes.
 
 use super::metrics::{Compared, SUBJECT, code, decibels};
 use imaging::Mask;
@@ -41,7 +41,7 @@ impl Region {
     }
 }
 
-/// How near pictures come to the truth in a region.
+/// Accuracy of pictures in a region.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegionScore {
     pub region: Region,
@@ -91,7 +91,7 @@ pub fn regions(frames: &[Compared], scale: f64) -> Vec<RegionScore> {
         .collect()
 }
 
-/// Whether something that is not the subject is near, for each pixel. The picture's border is no edge.
+/// For each pixel, true if something that is not the subject is near. The picture's border does not count as an edge.
 fn edge(mask: &Mask) -> Vec<bool> {
     let (width, height) = mask.size();
     let reach = ((EDGE * width.max(height) as f64).round() as usize).max(1);

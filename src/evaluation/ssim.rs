@@ -62,7 +62,7 @@ mod tests {
         assert!(ssim(&a, &pattern(30, 21, 1)).is_err());
     }
 
-    /// What scikit-image 0.26 gives with its Gaussian window, away from the edges, where it reflects.
+    /// Figures of scikit-image 0.26 with its Gaussian window, away from the edges, where it reflects.
     #[test]
     fn values_are_those_of_scikit_image() {
         let a = pattern(48, 32, 1);

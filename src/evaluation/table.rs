@@ -7,9 +7,9 @@ use std::collections::BTreeSet;
 /// One line of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
-    /// What was measured.
+    /// Name of the measured method.
     pub name: &'a str,
-    /// What it cost, in words: `18 min of training`. May be empty.
+    /// Cost of the method in words: `18 min of training`. May be empty.
     pub cost: &'a str,
     pub scores: &'a Scores,
 }

@@ -104,7 +104,7 @@ impl Truth {
         self.read(&self.relit_path(frame, environment), at)
     }
 
-    /// Whether the frame's OLATs are known.
+    /// True if the frame's OLATs are known.
     pub fn has_olats(&self, frame: usize) -> bool {
         self.olat_folder(frame).is_dir()
     }

@@ -1,5 +1,5 @@
-//! What the kinds of weights do to the true OLATs of the shared head scan: on its truth frames, under a slow
-//! turn of a sunny park, and under every available panorama.
+//! Effect of the kinds of weights on the true OLATs of the shared head scan: on its truth frames, under a slow turn of a
+//! sunny park, and under every available panorama.
 
 use super::{Method, Truth, score};
 use base::progress::Progress;

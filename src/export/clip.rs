@@ -16,7 +16,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// What a movie is besides its pictures.
+/// Properties of a movie besides its pictures.
 #[derive(Clone, Debug)]
 pub struct Movie {
     pub codec: Codec,
@@ -40,7 +40,7 @@ pub struct ClipWriter {
     path: PathBuf,
     // In this order: ffmpeg has ended when its file is removed.
     encoder: Encoder,
-    /// What ffmpeg writes; `None` once it has its name.
+    /// File that ffmpeg writes; `None` once it has its name.
     unfinished: Option<Unfinished>,
     size: (usize, usize),
     codec: Codec,
@@ -218,7 +218,7 @@ pub(super) fn frame_bytes(
     })
 }
 
-/// What to do about what ffmpeg says.
+/// Remedy for a complaint of ffmpeg.
 fn remedy(said: &str) -> &'static str {
     let says = |words: &[&str]| words.iter().any(|word| said.contains(word));
     if says(&["No space left", "Disk quota exceeded", "File too large"]) {

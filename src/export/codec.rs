@@ -1,4 +1,4 @@
-//! How a movie is encoded, and in which container.
+//! Codecs and containers of movies.
 
 use super::colors::OutputSpace;
 use base::error::{Error, Result};
@@ -83,7 +83,7 @@ impl Container {
         }
     }
 
-    /// What stands behind a name.
+    /// Ending of a file's name.
     pub fn ending(self) -> &'static str {
         match self {
             Self::Mp4 => ".mp4",
@@ -93,7 +93,7 @@ impl Container {
         }
     }
 
-    /// What is written unless a codec is asked for.
+    /// Codec that is written unless another is asked for.
     pub fn codec(self) -> Codec {
         match self {
             Self::Mp4 => Codec::H264,
@@ -122,7 +122,7 @@ impl Codec {
         ))
     }
 
-    /// What people call it.
+    /// Common name.
     pub fn name(self) -> &'static str {
         match self {
             Self::H264 => "H.264",
@@ -147,22 +147,22 @@ impl Codec {
         }
     }
 
-    /// What the studio puts behind a name.
+    /// Ending that the studio appends to a name.
     pub fn ending(self) -> &'static str {
         self.endings()[0].ending()
     }
 
-    /// Whether it keeps alpha.
+    /// True if it keeps alpha.
     pub fn has_alpha(self) -> bool {
         matches!(self, Self::ProRes4444 | Self::Ffv1)
     }
 
-    /// Whether it has more than 8 bits.
+    /// True if it has more than 8 bits.
     pub fn is_deep(self) -> bool {
         !matches!(self, Self::H264 | Self::DnxhrHq)
     }
 
-    /// Whether its pixels are RGB, which has any size and no matrix.
+    /// True if its pixels are RGB, which has any size and no matrix.
     pub fn is_rgb(self) -> bool {
         self == Self::Ffv1
     }
@@ -176,7 +176,7 @@ impl Codec {
         }
     }
 
-    /// What stops a picture of `width × height` pixels at `rate` frames per second; None if nothing does.
+    /// Reason that it cannot encode a picture of `width × height` pixels at `rate` frames per second; None if it can.
     pub fn obstacle(
         self,
         (width, height): (usize, usize),
@@ -244,7 +244,7 @@ impl Codec {
         }
     }
 
-    /// What the movie says of its colours.
+    /// Colour tags of the movie.
     ///
     /// sRGB codes that nothing else is said of are tagged Rec. 709 throughout: players then show a display's codes as
     /// they are, on most systems. ProRes and DNxHR have no tag for the curve of sRGB and none of its own for Rec. 2020's,

@@ -28,7 +28,7 @@ pub enum OutputSpace {
 impl OutputSpace {
     pub const ALL: [Self; 5] = [Self::Srgb, Self::Rec709, Self::P3, Self::Rec2020, Self::Acescg];
 
-    /// What people call it.
+    /// Common name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Srgb => "sRGB",
@@ -71,8 +71,8 @@ pub fn interop_id(space: ColorSpace) -> &'static str {
     }
 }
 
-/// How a picture's sRGB codes become the codes of a file: by a look-up table, and to another space; or how its light becomes
-/// what an OpenColorIO configuration says.
+/// Conversion of a picture's sRGB codes to the codes of a file, by a look-up table and to another space; or of its light, by an
+/// OpenColorIO configuration.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Encoding {
     /// None for sRGB codes that are tagged as they always were.
@@ -102,29 +102,29 @@ impl Encoding {
         }
     }
 
-    /// What a configuration makes of light, if that is asked for.
+    /// OpenColorIO transform of the light, if one is asked for.
     pub fn config(&self) -> Option<&Transform> {
         self.config.as_deref()
     }
 
-    /// What a configuration makes of light, for comparing; "" without one. The same for the same numbers.
+    /// Identity of the configuration's transform of light, for comparing; "" without one. The same for the same numbers.
     pub fn identity(&self) -> &str {
         self.config().map_or("", |config| config.identity())
     }
 
-    /// Whether codes stay as they are.
+    /// True if codes stay as they are.
     pub fn is_plain(&self) -> bool {
         self.config.is_none()
             && self.table.is_none()
             && matches!(self.space, None | Some(OutputSpace::Srgb))
     }
 
-    /// Whether a file's codes are of a space that has no tags.
+    /// True if a file's codes are of a space that has no tags.
     pub fn is_untagged(&self) -> bool {
         self.config.is_some() && self.space.is_none()
     }
 
-    /// Whether linear files keep the program's own light.
+    /// True if linear files keep the program's own light.
     pub fn keeps_light(&self) -> bool {
         self.config.is_none() && self.primaries() == ColorSpace::Rec709
     }
@@ -151,7 +151,7 @@ impl Encoding {
         self.space.map_or(ColorSpace::Rec709, OutputSpace::primaries)
     }
 
-    /// What linear files say of their colours: chromaticities, where they are known, and the space's name.
+    /// Colour tags of linear files: chromaticities, where they are known, and the space's name.
     pub fn linear_tags(&self) -> (Option<ColorSpace>, Option<String>) {
         match &self.config {
             None => (Some(self.primaries()), Some(interop_id(self.primaries()).to_owned())),
@@ -241,7 +241,7 @@ pub(super) fn check_linear(config: Option<&Transform>, to: &str, is_linear: bool
     }
 }
 
-/// Which of our displays a configuration's is, for the tags of files: by the ASWF's names, and by those that configurations
+/// Our display that matches a configuration's, for the tags of files: by the ASWF's names, and by those that configurations
 /// for ACES have given them.
 fn display_of(config: &Transform) -> Option<OutputSpace> {
     let name = config.interop_id.as_deref().unwrap_or(&config.space);

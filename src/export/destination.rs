@@ -1,4 +1,4 @@
-//! Where pictures go, as a person writes it: `out.%04d.png`, `look.exr`, `clip.mp4`.
+//! Destination of pictures, as a person writes it: `out.%04d.png`, `look.exr`, `clip.mp4`.
 
 use super::codec::Container;
 use base::error::{Error, Result};
@@ -50,7 +50,7 @@ impl Destination {
         }
     }
 
-    /// What the scene has to make for this destination.
+    /// Output that the scene has to make for this destination.
     pub fn output(&self) -> Output {
         match self {
             Self::Stills(stills) if stills.is_linear() => Output::Linear,
@@ -71,7 +71,7 @@ impl Destination {
         })
     }
 
-    /// How many of the files that frames `first` to `last` go to are there already.
+    /// Number of the files for frames `first` to `last` that are there already.
     pub fn taken(&self, first: usize, last: usize) -> usize {
         self.files(first, last).filter(|file| file.exists()).count()
     }
@@ -145,19 +145,19 @@ impl Stills {
         PathBuf::from(format!("{}{number}{}", self.before, self.after))
     }
 
-    /// What stands before the frame's number, its least number of digits, and what stands behind it. Without a number the
-    /// whole path is the first.
+    /// Text before the frame's number, its least number of digits, and text after it. Without a number the whole path is the
+    /// first.
     pub fn parts(&self) -> (&str, Option<usize>, &str) {
         (&self.before, self.digits, &self.after)
     }
 
-    /// Whether the files hold linear light.
+    /// True if the files hold linear light.
     pub fn is_linear(&self) -> bool {
         self.after.to_ascii_lowercase().ends_with(".exr")
             || self.before.to_ascii_lowercase().ends_with(".exr")
     }
 
-    /// Whether the files are TIFFs.
+    /// True if the files are TIFFs.
     pub fn is_tiff(&self) -> bool {
         let ending = Path::new(&self.after).extension();
         let ending = ending.or(Path::new(&self.before).extension());

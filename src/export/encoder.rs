@@ -10,13 +10,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, SystemTime};
 
-/// How long ffmpeg may neither take a byte nor write one. A slow disk or a large frame takes seconds.
+/// Longest time in which ffmpeg may neither take a byte nor write one. A slow disk or a large frame takes seconds.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 /// Between two looks at whether it is still waited for.
 const TICK: Duration = Duration::from_millis(10);
-/// How much of ffmpeg's complaints is kept.
+/// Length of ffmpeg's complaints that is kept, in bytes.
 pub const TAIL: usize = 2000;
-/// What is taken at a time counts as a sign of life.
+/// Bytes that ffmpeg takes at a time; each piece counts as a sign of life.
 const PIECE: usize = 1 << 16;
 /// A process that has ended has said all by then; one that it started may keep its stderr open.
 const LAST_WORDS: Duration = Duration::from_secs(1);
@@ -27,7 +27,7 @@ pub struct Encoder {
     child: Child,
     /// Frames for the thread that feeds it; None once there are no more.
     frames: Option<Sender<Vec<u8>>>,
-    /// What became of each frame.
+    /// Result of writing each frame.
     taken: Receiver<io::Result<()>>,
     /// Bytes that it took.
     bytes: Arc<AtomicU64>,
@@ -37,7 +37,7 @@ pub struct Encoder {
     patience: Duration,
 }
 
-/// Why it is waited for no longer.
+/// Reason to stop waiting for ffmpeg.
 #[derive(Debug)]
 pub enum Unanswered {
     /// A stop was asked for.
@@ -152,7 +152,7 @@ impl Encoder {
         let _ = self.child.wait();
     }
 
-    /// What `get` gives, asked again and again, unless a stop is asked for or nothing happens.
+    /// Value of `get`, asked again and again, unless a stop is asked for or nothing happens.
     fn wait<T>(
         &mut self,
         progress: &Progress,
@@ -178,7 +178,7 @@ impl Encoder {
         }
     }
 
-    /// What changes while it lives: the bytes that it took, and the file that it writes.
+    /// Signs of life: the bytes that it took, and the length and time of the file that it writes.
     fn signs(&self) -> (u64, Option<(u64, SystemTime)>) {
         let file = std::fs::metadata(&self.output).ok();
         let file = file.and_then(|data| Some((data.len(), data.modified().ok()?)));

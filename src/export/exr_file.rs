@@ -7,7 +7,7 @@ use imaging::file::{MAX_PIXELS, check_openexr};
 use std::io::{Cursor, Read, Seek};
 use std::path::Path;
 
-/// What a byte of a file can be at most once it is unpacked: deflate makes 1032 of one.
+/// Most bytes that a byte of a file can unpack to: deflate makes 1032 of one.
 const MOST_PER_BYTE: u64 = 2048;
 /// Bytes of a file beside its pixels: headers, tables of offsets, a preview.
 const MOST_BESIDE: u64 = 64 << 20;

@@ -1,9 +1,9 @@
-//! How an EXR holds its pixels.
+//! Settings for the pixels of an EXR.
 
 use exr::compression::Compression;
 use serde::{Deserialize, Serialize};
 
-/// What a person chooses about EXR files.
+/// A person's choices for EXR files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::Args)]
 pub struct ExrSettings {
     /// Samples of an EXR.
@@ -18,7 +18,7 @@ pub struct ExrSettings {
     /// Write only the rectangle of an EXR that is not empty, as its data window.
     #[arg(id = "exr_crop", long = "exr-crop")]
     pub crop: bool,
-    /// Where an EXR's light layers go.
+    /// Storage of an EXR's light layers.
     #[arg(id = "layer_files", long = "layer-files", value_enum, default_value_t)]
     pub layers: LayerFiles,
     /// Write a JSON file with the light layers' weights beside each EXR; there always is one if layers are files.
@@ -55,7 +55,7 @@ pub enum ExrCompression {
     Pxr24,
 }
 
-/// What an EXR's colour is times.
+/// Alpha of an EXR's colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExrAlpha {
@@ -66,7 +66,7 @@ pub enum ExrAlpha {
     Straight,
 }
 
-/// How light layers are kept.
+/// Storage of light layers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum LayerFiles {
@@ -83,7 +83,7 @@ impl ExrCompression {
     pub const ALL: [Self; 6] =
         [Self::Zip, Self::Zips, Self::Piz, Self::Pxr24, Self::Rle, Self::None];
 
-    /// What people call it.
+    /// Common name.
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -95,7 +95,7 @@ impl ExrCompression {
         }
     }
 
-    /// What the crate calls it.
+    /// The crate's compression.
     pub(super) fn method(self) -> Compression {
         match self {
             Self::None => Compression::Uncompressed,
@@ -109,7 +109,7 @@ impl ExrCompression {
 }
 
 impl ExrAlpha {
-    /// What the header says.
+    /// Word in the header.
     pub(super) fn word(self) -> &'static str {
         match self {
             Self::Premultiplied => "premultiplied",

@@ -95,7 +95,7 @@ pub(super) fn written_light(
     light
 }
 
-/// What all parts of a file have.
+/// Properties that all parts of a file share.
 #[derive(Clone, Copy)]
 struct File<'a> {
     about: &'a About<'a>,

@@ -1,5 +1,5 @@
-//! What tells the footage's files apart: their length and a checksum of what they hold. Not their name's folder and not
-//! their time of change: a copy on another machine is the same footage.
+//! Print of the footage's files, which tells them apart: their length and a checksum of their content. Not their name's folder
+//! and not their time of change: a copy on another machine is the same footage.
 
 use base::files::open;
 use movies::Source;

@@ -1,4 +1,4 @@
-//! What a person chooses between when something is to be written.
+//! Choices for the files to write.
 
 use super::codec::Codec;
 use super::colors::OutputSpace;
@@ -21,17 +21,17 @@ pub enum Format {
     Movie(Codec),
 }
 
-/// How many bits a pixel takes in a file.
+/// Bits of a pixel in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PixelBits {
     /// Without the compression, which saves more or less.
     AtMost(f64),
-    /// What the codec aims at.
+    /// Target of the codec.
     About(f64),
 }
 
 impl Format {
-    /// How many bits a pixel takes; None where the encoder decides that by what it sees. ProRes and DNxHR aim at bits a
+    /// Bits of a pixel; None where the encoder decides that by what it sees. ProRes and DNxHR aim at bits a
     /// second, here those of their makers for 1920 × 1080 at 29.97 frames a second, divided by its pixels (Apple, "ProRes White
     /// Paper", 2022; Avid, "DNxHR Codec Bandwidth Specifications").
     pub fn pixel_bits(self, has_alpha: bool) -> Option<PixelBits> {
@@ -68,7 +68,7 @@ impl Format {
         Self::Movie(Codec::Ffv1),
     ];
 
-    /// What people call it.
+    /// Common name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Png8 => "PNG",
@@ -79,7 +79,7 @@ impl Format {
         }
     }
 
-    /// What it is for.
+    /// Purpose and properties, in a sentence.
     pub fn describe(self) -> &'static str {
         match self {
             Self::Png8 => "Stills for a display: 8 bits, straight alpha",
@@ -110,12 +110,12 @@ impl Format {
         }
     }
 
-    /// Whether all frames go into one file.
+    /// True if all frames go into one file.
     pub fn is_movie(self) -> bool {
         self.codec().is_some()
     }
 
-    /// How a movie is encoded; None for stills.
+    /// Codec of a movie; None for stills.
     pub fn codec(self) -> Option<Codec> {
         match self {
             Self::Movie(codec) => Some(codec),
@@ -123,7 +123,7 @@ impl Format {
         }
     }
 
-    /// What stands behind the name, as [`super::Destination::parse`] understands it.
+    /// Ending of the name, as [`super::Destination::parse`] understands it.
     pub fn ending(self) -> &'static str {
         match self {
             Self::Png8 | Self::Png16 => ".%04d.png",
@@ -152,7 +152,7 @@ pub enum Bits {
     Sixteen,
 }
 
-/// What a movie's colour codes are times. The choice stands in the movie's metadata, as its comment.
+/// Alpha of a movie's colour codes. The choice stands in the movie's metadata, as its comment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum MovieAlpha {
@@ -164,7 +164,7 @@ pub enum MovieAlpha {
 }
 
 impl MovieAlpha {
-    /// What the movie says.
+    /// Words in the movie's metadata.
     pub(super) fn words(self) -> &'static str {
         match self {
             Self::Straight => "straight alpha",
@@ -182,7 +182,7 @@ impl MovieAlpha {
     }
 }
 
-/// What happens to existing files.
+/// Treatment of existing files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Existing {
@@ -193,13 +193,13 @@ pub enum Existing {
     Keep,
 }
 
-/// Where pictures are written, and how.
+/// Destination and format of the pictures.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
 pub struct Files {
-    /// What to write: stills as out.%04d.png, .tif or .exr, a movie as clip.mp4, .mov, .mkv or .mxf.
+    /// Files to write: stills as out.%04d.png, .tif or .exr, a movie as clip.mp4, .mov, .mkv or .mxf.
     #[arg(long)]
     pub to: String,
-    /// How a movie is encoded [default: H.264 in .mp4, ProRes 4444 in .mov, FFV1 in .mkv, DNxHR HQ in .mxf].
+    /// Codec of a movie [default: H.264 in .mp4, ProRes 4444 in .mov, FFV1 in .mkv, DNxHR HQ in .mxf].
     #[arg(long, value_enum)]
     pub codec: Option<Codec>,
     /// Alpha of a movie that keeps one: ProRes 4444 and FFV1.
@@ -223,7 +223,7 @@ pub struct Files {
     pub exr: ExrSettings,
     #[arg(skip)]
     pub existing: Existing,
-    /// What the pictures show, and at which resolution.
+    /// Part of the plate in the pictures, and their resolution.
     #[arg(long, value_enum, default_value_t)]
     pub at: PictureSize,
     /// Pixels of the longer side, 16 to 8192, if the pictures are to be resized.

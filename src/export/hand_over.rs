@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// What a report's sentence says of the files that were written for other programs; "" without any.
+/// Part of a report's sentence that names the files written for other programs; "" without any.
 pub fn handed_over(files: &[PathBuf]) -> String {
     let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     match &files[..] {
@@ -29,7 +29,7 @@ pub enum HandOver {
 impl HandOver {
     pub const ALL: [Self; 4] = [Self::Nuke, Self::Blender, Self::Otio, Self::Edl];
 
-    /// What people call it.
+    /// Common name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Nuke => "Nuke",
@@ -39,7 +39,7 @@ impl HandOver {
         }
     }
 
-    /// What stands behind the export's name.
+    /// Ending after the export's name.
     pub fn ending(self) -> &'static str {
         match self {
             Self::Nuke => ".nk",
@@ -49,7 +49,7 @@ impl HandOver {
         }
     }
 
-    /// Whether it rebuilds the picture from light layers.
+    /// True if it rebuilds the picture from light layers.
     pub fn needs_layers(self) -> bool {
         matches!(self, Self::Nuke | Self::Blender)
     }

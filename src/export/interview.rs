@@ -1,4 +1,4 @@
-//! What an export keeps of the interview besides its pictures: rate, time code, reel and sound.
+//! Properties of the interview that an export keeps besides its pictures: rate, time code, reel and sound.
 
 use super::time_code::TimeCode;
 use base::error::Result;

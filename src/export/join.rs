@@ -20,7 +20,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// What is wrong with a frame.
+/// Flaw of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Flaw {
@@ -89,12 +89,12 @@ fn flaw(file: &Path, wanted: &str, has_layers: bool) -> Option<Flaw> {
     }
 }
 
-/// Whether a frame can be read to its end, with its light layers if it has to have them: they may be files of their own.
+/// True if a frame can be read to its end, with its light layers if it has to have them: they may be files of their own.
 pub(super) fn is_whole(file: &Path, has_layers: bool) -> bool {
     check_whole(file).is_ok() && (!has_layers || rebuilt(file).is_ok())
 }
 
-/// Where an export's frames are.
+/// Files of an export's frames.
 enum FrameFiles {
     Stills(Destination),
     Movie(MovieFrames),

@@ -27,11 +27,11 @@ pub(super) const REST: &str = "rest";
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightLayers {
     pub lamps: Vec<LightLayer>,
-    /// What the picture has besides: linear, premultiplied. None if there is nothing.
+    /// Rest of the picture, without the lamps: linear, premultiplied. None if there is nothing.
     pub rest: Option<Image>,
 }
 
-/// What one lamp shows.
+/// Light of one lamp.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightLayer {
     /// The lamp's name.
@@ -140,7 +140,7 @@ impl LightLayers {
             .collect()
     }
 
-    /// What the header says of them.
+    /// Header attribute that lists them.
     pub(super) fn attribute(&self, files: LayerFiles) -> (Text, AttributeValue) {
         let mut written = self.written(None);
         for entry in &mut written {

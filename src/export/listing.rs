@@ -1,4 +1,4 @@
-//! Which light layers an EXR has, and with what weights, as its header says.
+//! Light layers of an EXR and their weights, from its header.
 
 use super::exr_settings::{ExrAlpha, LayerFiles};
 use super::layers::{ListedLayer, REST, WEIGHTS, file_name, weights_file};
@@ -20,9 +20,9 @@ const MOST_WEIGHTS: u64 = 16 << 20;
 pub struct LayerListing {
     /// In the order of the rig's lamps.
     pub lamps: Vec<ListedLayer>,
-    /// What the picture has besides; None if nothing.
+    /// Rest of the picture, without the lamps; None if nothing.
     pub rest: Option<RestLayer>,
-    /// Where they are.
+    /// Storage of the layers.
     pub place: LayerFiles,
     pub alpha: ExrAlpha,
     /// Columns and rows of the picture's frame, its display window.
@@ -126,7 +126,7 @@ impl LayerListing {
     }
 }
 
-/// What a header says under a name.
+/// Text of a header under a name.
 fn text(header: &Header, name: &str) -> Option<String> {
     let key = Text::from(name);
     let shared = header.shared_attributes.other.get(&key);

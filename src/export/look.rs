@@ -1,4 +1,4 @@
-//! What each frame of an export looks like and is made of, without the network.
+//! Look and provenance of each frame of an export, without the network.
 
 use super::colors::Encoding;
 use super::destination::Destination;
@@ -20,11 +20,11 @@ pub(super) struct Look<'a> {
     /// First and last frame.
     pub frames: (usize, usize),
     pub environment: Arc<Environment>,
-    /// Which way is front in it.
+    /// Front direction of the environment.
     pub front: Front,
-    /// What scenes have to make.
+    /// Output that scenes have to make.
     output: Output,
-    /// What a configuration makes of light; "" without one.
+    /// Identity of a configuration's transform of light; "" without one.
     colors: String,
 }
 
@@ -61,14 +61,14 @@ impl<'a> Look<'a> {
         })
     }
 
-    /// What frame `index` looks like.
+    /// Scene of frame `index`.
     pub fn scene(&self, index: usize) -> Scene {
         let (first, last) = self.frames;
         let share = (index - first) as f32 / (last - first + 1) as f32;
         (self.settings).scene(index, share, self.front, self.output)
     }
 
-    /// What files of this export say that they are made of.
+    /// Provenance that files of this export state.
     ///
     /// # Errors
     /// When calibration, network or look-up table cannot be read.

@@ -22,7 +22,7 @@ pub fn movie_frame(folder: &Path, frame: usize) -> PathBuf {
     folder.join(thousand).join(format!("{frame:09}.png"))
 }
 
-/// Where they are and how the movie takes them.
+/// Folder of the frames, and the codec and alpha of their movie.
 #[derive(Clone, Debug)]
 pub(super) struct MovieFrames {
     folder: PathBuf,

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 /// Frames that wait between two stages, at most: more would cost memory and gain nothing.
 const AHEAD: usize = 2;
 
-/// How long the stages worked in all, without waiting for each other.
+/// Total working times of the stages, without waiting for each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StageTimes {
     pub read: Duration,

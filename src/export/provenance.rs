@@ -1,4 +1,4 @@
-//! What a still was made of, in its header, so that a stopped export goes on where it was.
+//! Provenance of a still, in its header, so that a stopped export goes on where it was.
 
 use super::footage_print::FootagePrints;
 use super::format::Files;
@@ -19,7 +19,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use tiff::tags::Tag;
 
-/// What all frames of an export are made of. It says what things hold, not where they are or when they were written: the
+/// Provenance that all frames of an export share. It says what things hold, not where they are or when they were written: the
 /// same export of a copy, on another machine too, says the same.
 #[derive(Debug)]
 pub struct Provenance {
@@ -131,7 +131,7 @@ fn look(asked: &RelightSettings, front: Front) -> Hash {
     look
 }
 
-/// What a file says about what it was made of. None if it says nothing, or is no whole file.
+/// Provenance that a file states. None if it states none, or is not whole.
 pub fn provenance_of(path: &Path) -> Option<String> {
     let ending = path.extension()?.to_ascii_lowercase();
     let file = BufReader::new(open(path).ok()?);

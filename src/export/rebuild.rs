@@ -19,7 +19,7 @@ const REMEDY: &str = "Export it again with its light layers";
 /// and rest.
 const ROUNDING: f32 = 1.0 / 1024.0;
 
-/// How well layers gave back what they are layers of.
+/// Accuracy with which layers gave back their picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rebuild {
     /// Layers of a frame.
@@ -30,7 +30,7 @@ pub struct Rebuild {
     pub brightest: f32,
 }
 
-/// What a file's light layers add up to, each times its weight.
+/// Sum of a file's light layers, each times its weight.
 struct Sum {
     size: (usize, usize),
     /// Top left corner within the picture's frame.
@@ -154,7 +154,7 @@ impl Rebuild {
         }
     }
 
-    /// Whether no more is missing than half floats round away.
+    /// True if no more is missing than half floats round away.
     pub fn is_exact(&self) -> bool {
         self.residual.is_finite() && self.residual <= ROUNDING * self.brightest
     }
@@ -164,7 +164,7 @@ impl Rebuild {
         self.residual / self.brightest.max(f32::MIN_POSITIVE)
     }
 
-    /// What was found, in a sentence.
+    /// Result, in a sentence.
     pub fn sentence(&self) -> String {
         let percent = 100.0 * self.share();
         format!(
@@ -174,7 +174,7 @@ impl Rebuild {
         )
     }
 
-    /// What was found in a file, in a sentence.
+    /// Result for a file, in a sentence.
     pub fn file_sentence(&self, path: &Path) -> String {
         let percent = 100.0 * self.share();
         let verdict = if self.is_exact() {

@@ -23,7 +23,7 @@ const UNHEARD_S: f64 = 0.02;
 const REMEDY: (&str, &str) =
     ("Check that the interview's movie is there and whole, or export without sound", "--no-sound");
 
-/// What ffprobe says of a movie.
+/// Streams and times of a movie, from ffprobe.
 #[derive(Deserialize)]
 struct Probed {
     streams: Vec<Stream>,
@@ -106,7 +106,7 @@ impl Sound {
         Err(Error::codec("read the sound of", &source.file, cause, REMEDY))
     }
 
-    /// Where it is.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         self.0.path()
     }

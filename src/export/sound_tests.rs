@@ -49,7 +49,7 @@ fn samples(path: &Path, stream: usize) -> Vec<f32> {
     output.stdout.chunks_exact(4).map(value).collect()
 }
 
-/// What was said while `act` ran.
+/// Result of `act`, and the sentences said while it ran.
 fn heard<T>(act: impl FnOnce(&Progress) -> T) -> (T, String) {
     let said = Mutex::new(String::new());
     let sink = |report: base::progress::Report| {

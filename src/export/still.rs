@@ -17,7 +17,7 @@ use std::path::Path;
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
 use tiff::tags::{ExtraSamples, Tag};
 
-/// What a still says besides its picture, and how.
+/// Metadata and format of a still, besides its picture.
 #[derive(Clone, Copy, Debug)]
 pub struct About<'a> {
     pub time_code: TimeCode,
@@ -30,7 +30,7 @@ pub struct About<'a> {
     pub encoding: &'a Encoding,
     /// The reel of the interview's movie.
     pub reel: Option<&'a str>,
-    /// What it was made of, for the header or a text chunk.
+    /// Provenance, for the header or a text chunk.
     pub provenance: Option<&'a str>,
     /// Of an EXR, if it is to have any.
     pub layers: Option<&'a LightLayers>,

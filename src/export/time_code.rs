@@ -15,7 +15,7 @@ pub struct TimeCode {
     pub frame: u16,
     /// Frames that count as a second.
     pub rate: u16,
-    /// Whether numbers are left out.
+    /// Drop frame: numbers are left out.
     pub drop: bool,
 }
 

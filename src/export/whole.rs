@@ -1,4 +1,4 @@
-//! Whether a file of stills can be read to its end.
+//! Check that a file of stills can be read to its end.
 
 use base::error::{Error, Result};
 use base::files::open;

@@ -23,9 +23,9 @@ use footage::scan::counted;
 use scene::{Effects, Inspection, Output, Pass};
 use std::path::PathBuf;
 
-/// What takes the frames, in order.
+/// Writer of the frames, in order.
 pub(super) struct Writer {
-    /// Where they go, as it was written out.
+    /// Destination, as it was written out.
     pub to: String,
     files: Files,
     destination: Destination,
@@ -36,7 +36,7 @@ pub(super) struct Writer {
     encoding: Encoding,
     /// The frames of a movie that is joined later.
     parts: Option<MovieFrames>,
-    /// Whether frames that are there already are kept.
+    /// Frames that are there already are kept.
     goes_on: bool,
     /// Columns and rows that are asked for; None if they are the pictures' own.
     size: Option<(usize, usize)>,
@@ -54,7 +54,7 @@ impl Writer {
     /// Makes ready for frames `first` to `last` of so many columns and rows.
     ///
     /// # Errors
-    /// When the destination is not understood or cannot hold what is asked for, a look-up table or the interview's sound
+    /// When the destination is not understood or cannot hold the request, a look-up table or the interview's sound
     /// cannot be read, or a movie cannot be begun.
     pub fn open(
         files: &Files,
@@ -205,17 +205,17 @@ impl Writer {
         Lights { layers, subject }
     }
 
-    /// Whether each frame has a file of its own.
+    /// True if each frame has a file of its own.
     pub fn writes_stills(&self) -> bool {
         matches!(self.destination, Destination::Stills(_)) || self.parts.is_some()
     }
 
-    /// Whether frames that are there already are kept.
+    /// True if frames that are there already are kept.
     pub fn goes_on(&self) -> bool {
         self.goes_on
     }
 
-    /// Whether frame `frame` is there already, whole and made of the same; then it counts as written.
+    /// True if frame `frame` is there already, whole and made of the same; then it counts as written.
     pub fn keeps_frame(&mut self, frame: usize, made_of: &str) -> bool {
         let path = match (&self.destination, &self.parts) {
             (Destination::Stills(stills), _) => stills.path(frame),
@@ -247,7 +247,7 @@ impl Writer {
         finished
     }
 
-    /// What there is if it ends now.
+    /// Files that remain if it ends now, in words.
     pub fn keeps(&self) -> String {
         match self.writes_stills() {
             true => {
@@ -264,7 +264,7 @@ impl Writer {
     }
 }
 
-/// What a scene has to make. Light that is to be shown in more than 8 bits is encoded by the writer, without the
+/// Output that a scene has to make. Light that is to be shown in more than 8 bits is encoded by the writer, without the
 /// dither of 8 bits, unless an effect on codes is asked for.
 pub(super) fn output(
     files: &Files,
@@ -292,7 +292,7 @@ fn folder(file: PathBuf) -> Option<PathBuf> {
     Some(if here { ".".into() } else { folder.to_path_buf() })
 }
 
-/// Refuses files that cannot hold what is asked for.
+/// Refuses files that their destination cannot hold.
 ///
 /// # Errors
 /// Then; the sentence says why.
@@ -303,7 +303,7 @@ pub fn check_files(files: &Files, frames: usize) -> Result<()> {
 /// The destination `to`, as far as `frames` frames can be written there as `files` says.
 ///
 /// # Errors
-/// When it is not understood, or cannot hold what is asked for.
+/// When it is not understood, or cannot hold the files.
 pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destination> {
     let destination = Destination::parse(to)?;
     destination.check_frames(frames)?;

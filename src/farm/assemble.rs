@@ -16,14 +16,14 @@ use std::path::{Path, PathBuf};
 /// Spans of frames that a sentence names.
 const NAMED: usize = 8;
 
-/// What came of a job; `report.json` holds it.
+/// Report on a job; `report.json` holds it.
 #[derive(Clone, Debug, Serialize)]
 pub struct AssembleReport {
     /// Number of frames.
     pub frames: usize,
-    /// Where the result is; None if frames have to be written again.
+    /// Destination of the result; None if frames have to be written again.
     pub output: Option<String>,
-    /// What was written beside it for other programs, in the order in which it was asked for.
+    /// Files that were written beside it for other programs, in the order in which they were asked for.
     pub hand_over: Vec<PathBuf>,
     /// Frames that have to be written again.
     pub flawed: Vec<FlawedFrame>,
@@ -37,7 +37,7 @@ pub struct AssembleReport {
 }
 
 impl AssembleReport {
-    /// What came of it, in a sentence.
+    /// Result of the job, in a sentence.
     pub fn sentence(&self) -> String {
         let handed_over = handed_over(&self.hand_over);
         format!(
@@ -95,7 +95,7 @@ fn save(report: &AssembleReport, folder: &Path) -> Result<()> {
     write_beside(&folder.join("report.json"), |out| out.write_all(text.as_bytes()))
 }
 
-/// Which frames have to be written again, and how.
+/// Error that names the frames to write again, and the commands for it.
 fn refusal(report: &AssembleReport, job: &str) -> Error {
     let of = |flaw: Flaw, one: &str, many: &str| {
         let frames = report.flawed.iter().filter(|frame| frame.flaw == flaw);

@@ -21,17 +21,17 @@ const LOOK: Duration = Duration::from_millis(200);
 /// The folder of a movie's frames.
 pub(crate) const FRAMES: &str = "frames";
 
-/// What a worker made.
+/// Report on a worker's frames.
 #[derive(Clone, Debug, Serialize)]
 pub struct ChunkReport {
     #[serde(flatten)]
     pub record: Record,
-    /// Where the frames are.
+    /// Destination of the frames.
     pub output: String,
 }
 
 impl ChunkReport {
-    /// What was made, in a sentence.
+    /// Result of the chunk, in a sentence.
     pub fn sentence(&self) -> String {
         let (first, last) = self.record.frames;
         format!(

@@ -1,4 +1,4 @@
-//! How frames are divided among chunks.
+//! Division of frames among chunks.
 
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
@@ -10,7 +10,7 @@ pub struct FrameSpan {
     pub first: usize,
     /// At least 1.
     pub count: usize,
-    /// Whether it may be cut at the job's last frame.
+    /// The span may be cut at the job's last frame.
     is_cut: bool,
 }
 

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-/// What runs the job.
+/// Engine that runs the job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Engine {
@@ -20,7 +20,7 @@ impl Engine {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::OpenJobDescription, Self::Slurm];
 
-    /// What people call it.
+    /// Common name.
     pub fn name(self) -> &'static str {
         match self {
             Self::OpenJobDescription => "Open Job Description",

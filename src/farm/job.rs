@@ -34,7 +34,7 @@ pub struct Job {
     pub files: Vec<PinnedFile>,
 }
 
-/// What is to be made.
+/// Work of a job.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Work {
@@ -51,7 +51,7 @@ pub struct RelightWork {
     pub frames: (usize, usize),
     /// Frames of a chunk.
     pub chunk: usize,
-    /// What a frame took, as the chunks were sized by it; None if their size was given.
+    /// Measured milliseconds of a frame, by which the chunks were sized; None if their size was given.
     pub ms_per_frame: Option<f64>,
     pub environment: KeptEnvironment,
     /// A print of the interview's movie; None if it is stills, which each frame's file is checked by.
@@ -81,7 +81,7 @@ pub struct PinnedFile {
     pub sha256: String,
 }
 
-/// What every version of `job.json` has.
+/// Fields that every version of `job.json` has.
 #[derive(Deserialize)]
 struct Header {
     format: u32,
@@ -159,7 +159,7 @@ impl Job {
 }
 
 impl TrainTask {
-    /// Where nothing else of the job in `folder` is trained.
+    /// Folder of this training, in which nothing else of the job in `folder` is trained.
     ///
     /// # Errors
     /// When it is not within the job.
@@ -167,13 +167,13 @@ impl TrainTask {
         inside(folder, &self.folder)
     }
 
-    /// Where the network of all these is to be trained: they are written with one choice.
+    /// Device for the network of all these trainings: they are written with one choice.
     pub(crate) fn device(tasks: &[Self]) -> DeviceChoice {
         tasks.first().map_or(DeviceChoice::Auto, |task| task.settings.device)
     }
 }
 
-/// What `name` is within a job's `folder`.
+/// Path of `name` within a job's `folder`.
 ///
 /// # Errors
 /// When it leads out of it.

@@ -43,7 +43,7 @@ pub(crate) fn write(
         {
             "name": "Device", "type": "STRING", "default": word(device),
             "allowedValues": ["auto", "cpu", "gpu"],
-            "description": "Where the network runs.",
+            "description": "Device of the network.",
         },
     ]);
     let template = json!({

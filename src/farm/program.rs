@@ -1,4 +1,4 @@
-//! Which program wrote a job, and which runs it.
+//! Program that wrote a job, and the one that runs it.
 
 use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};

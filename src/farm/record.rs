@@ -1,4 +1,4 @@
-//! What a chunk took, in a file of its own: no two chunks write the same.
+//! Record of a chunk's cost, in a file of its own: no two chunks write the same.
 
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
@@ -23,7 +23,7 @@ pub struct Record {
     pub stages: Stages,
     /// Bytes of the frames that are there now.
     pub bytes: u64,
-    /// Where the network ran, and why there.
+    /// Device that ran the network, and the reason for it.
     pub device: String,
     pub machine: Machine,
 }

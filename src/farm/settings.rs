@@ -1,10 +1,10 @@
-//! How a job is written.
+//! Settings for writing a job.
 
 use super::engine::Engine;
 use base::numbers::within;
 use std::path::PathBuf;
 
-/// Where a job goes, and what runs it.
+/// Folder of a job, and the engine that runs it.
 #[derive(Clone, Debug, clap::Args)]
 pub struct FarmSettings {
     /// The engine that runs the job.
@@ -21,7 +21,7 @@ pub struct FarmSettings {
     pub program: Option<PathBuf>,
 }
 
-/// How an export is divided.
+/// Division of an export into chunks.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct ChunkSettings {
     /// Frames of a chunk [default: as many as take --chunk-minutes].

@@ -11,7 +11,7 @@ pub(crate) fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
 
-/// What `--device` is given.
+/// Value of `--device`.
 pub(crate) fn word(device: DeviceChoice) -> &'static str {
     match device {
         DeviceChoice::Auto => "auto",

@@ -1,11 +1,11 @@
-//! How long a job takes on so many workers: chunks handed out in turn, workers that are slow or get lost, and one disk that all
+//! Time of a job on so many workers: chunks handed out in turn, workers that are slow or get lost, and one disk that all
 //! read and write.
 //!
 //! Between two events, an end of a chunk or a loss, every worker goes at a steady rate: its own, or its share of the disk if
 //! that is less. So a whole run is a list of events, and nothing is drawn but which workers are slow and when one is lost, all
 //! from one seed.
 
-/// What is run, and where.
+/// Job and workers of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Farm {
     pub frames: u64,
@@ -23,7 +23,7 @@ pub struct Farm {
     pub disk_bytes: f64,
     /// Share of workers that are slow, 0 to 1.
     pub slow_share: f64,
-    /// How many times as long these take.
+    /// Factor by which slow workers take longer.
     pub slowness: f64,
     /// Losses of a worker in an hour of its work. Its chunk goes back, with the frames that it finished.
     pub losses_an_hour: f64,
@@ -34,7 +34,7 @@ pub struct Farm {
     pub seed: u64,
 }
 
-/// What came of it.
+/// Result of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Run {
     /// Seconds from the first chunk's start to the movie.

@@ -69,7 +69,7 @@ fn command(job: &Path) -> String {
     format!("sh {}", quoted(&job.join("submit.sh").display().to_string()))
 }
 
-/// What the scripts ask for. A worker that is lost is put back into the queue by Slurm itself.
+/// Head of the scripts, with the resources that they ask for. A worker that is lost is put back into the queue by Slurm itself.
 fn head(farm: &FarmSettings, device: DeviceChoice) -> String {
     let gpu = match device {
         DeviceChoice::Gpu => "#SBATCH --gres=gpu:1\n",

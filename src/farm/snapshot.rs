@@ -84,7 +84,7 @@ pub(crate) fn link_mattes(
     Ok(())
 }
 
-/// What jobs of an export read: the copy of the project, the environment and the look-up table. `settings` are those of the
+/// Input of the jobs of an export: the copy of the project, the environment and the look-up table. `settings` are those of the
 /// job from here on.
 ///
 /// # Errors

@@ -17,7 +17,7 @@ use training::{TrainReport, TrainSettings, train};
 /// One way to train.
 #[derive(Clone, Debug)]
 pub struct Training {
-    /// What it changes, such as `width=32`; "" for nothing.
+    /// Settings that it changes, such as `width=32`; "" for none.
     pub name: String,
     pub settings: TrainSettings,
 }

@@ -27,16 +27,16 @@ pub struct JobReport {
     /// Frames of a chunk; None of a job that trains.
     pub chunk: Option<usize>,
     pub chunks: usize,
-    /// What a frame takes in milliseconds, if it is known.
+    /// Milliseconds of a frame, if known.
     pub ms_per_frame: Option<f64>,
-    /// Where the result will be; None of a job that trains.
+    /// Destination of the result; None of a job that trains.
     pub output: Option<String>,
     /// The command that submits it.
     pub submit: String,
 }
 
 impl JobReport {
-    /// Where the job is and how it is submitted.
+    /// Summary of the job: its folder, and the command that submits it.
     pub fn sentence(&self) -> String {
         let what = match self.chunk {
             Some(_) if self.tasks == 1 => "1 frame".to_owned(),

@@ -1,4 +1,4 @@
-//! What a file or folder that a person brings may be in a shoot: guessed by its name and by its brightness.
+//! Parts of a shoot that a file or folder may be, when a person brings it: guessed by its name and by its brightness.
 
 use super::lamp_list;
 use super::round;
@@ -42,7 +42,7 @@ impl Slot {
         }
     }
 
-    /// What belongs there.
+    /// Description of the footage that belongs there.
     pub fn wants(self) -> &'static str {
         match self {
             Self::Interview => "The frames to relight: a movie, or a folder of pictures",
@@ -78,21 +78,21 @@ const STEADY: f32 = 1.05;
 pub struct Candidate {
     /// The file, folder or pattern that was looked at.
     pub path: PathBuf,
-    /// What it holds, in numbers; empty if it cannot be read.
+    /// Its contents, in numbers; empty if it cannot be read.
     pub found: String,
-    /// What it seems to be.
+    /// The part that it seems to be.
     pub guess: Option<Slot>,
-    /// Why it seems so; or why it cannot be told.
+    /// Reason for the guess; or the reason that it cannot be told.
     pub reason: String,
-    /// Why it cannot be read.
+    /// Reason that it cannot be read.
     pub failure: Option<String>,
     /// Three of its frames: the first, middle and last, or three under one lamp each.
     pub thumbnails: Vec<Encoded>,
     /// Columns and rows.
     pub size: Option<(usize, usize)>,
-    /// How many frames it has.
+    /// Number of its frames.
     pub frames: u64,
-    /// Whether its brightness jumps from frame to frame, as while lamps go round; `None` if that is unclear.
+    /// Its brightness jumps from frame to frame, as while lamps go round; `None` if that is unclear.
     pub jumps: Option<bool>,
     /// Mean light of all frames, if lamps seem to go round.
     pub(super) light: Vec<f32>,
@@ -256,7 +256,7 @@ fn has_extension(path: &Path, wanted: &str) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
-/// What a name says, and the word that says it: the file's own name first, then its folder's.
+/// Guess by a name, and the word that gives it: the file's own name first, then its folder's.
 fn by_name(path: &Path) -> Option<(Slot, &'static str)> {
     const WORDS: [(Slot, &[&str]); 3] = [
         (Slot::Balls, &["ball", "probe", "chrome", "mirror"]),

@@ -12,14 +12,14 @@ pub const STAND_IN_REACH: usize = 240;
 pub struct StandIn {
     /// The frame whose picture and matte are read.
     pub held: usize,
-    /// Whether it is shown as black, without the subject.
+    /// It is shown as black, without the subject.
     pub is_black: bool,
-    /// Which frame cannot be read, why, and what is shown instead.
+    /// Sentence on the frame that cannot be read, the reason, and the frame shown instead.
     pub sentence: String,
 }
 
-/// What stands in for frame `index`; `None` if it can be read, or if the project wants to stop there. The frame is decoded, unless
-/// the project wants to stop.
+/// Stand-in for frame `index`; `None` if the frame can be read, or if the project wants to stop there. The frame is decoded,
+/// unless the project wants to stop.
 ///
 /// # Errors
 /// When neither the frame nor any near it can be read: why.

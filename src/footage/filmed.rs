@@ -9,7 +9,7 @@ use imaging::{Image, Mask, Response, resample::resize_area};
 use project::{Framing, Project};
 use serde::{Deserialize, Serialize};
 
-/// Which part of the plate a picture shows, and at which resolution.
+/// Part of the plate that a picture shows, and its resolution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum PictureSize {
@@ -97,7 +97,7 @@ pub fn picture_size(project: &Project, size: PictureSize) -> Result<(usize, usiz
 }
 
 impl FilmedFrame {
-    /// What the network sees of it.
+    /// The frame as the network sees it.
     fn at_working_size(&self, index: usize, size: usize) -> Frame {
         let square = self.square();
         Frame {
@@ -118,7 +118,7 @@ impl FilmedFrame {
         }
     }
 
-    /// What a picture of that size shows of it; None at the working size.
+    /// The part of it that a picture of that size shows; None at the working size.
     #[must_use]
     pub fn shown(self, size: PictureSize) -> Option<Self> {
         match size {

@@ -25,7 +25,7 @@ pub struct FrameMattes {
     within: Option<[usize; 4]>,
     plate: Option<Encoded>,
     person: Option<FindPerson>,
-    /// Whether the person was found that way: then it is the way for all frames.
+    /// The person was found that way: then it is the way for all frames.
     is_guessed: bool,
     /// The screen that the first keyed frame shows.
     pub(super) screen: Option<Key>,
@@ -42,11 +42,11 @@ pub struct FrameMattes {
 pub struct FrameMatte {
     pub picture: Arc<Encoded>,
     pub matte: matte::Matte,
-    /// What was painted on it.
+    /// Strokes painted on it.
     pub seeds: Seeds,
-    /// Whether it follows the matte of a neighbour.
+    /// It follows the matte of a neighbour.
     pub followed: bool,
-    /// Whether it begins with where a person was found.
+    /// It begins with the place where a person was found.
     pub guessed: bool,
 }
 
@@ -83,7 +83,7 @@ impl FrameMattes {
         })
     }
 
-    /// Whether a frame's subject can be told without strokes.
+    /// True if a frame's subject can be told without strokes.
     ///
     /// # Errors
     /// When the frame cannot be read.

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// A square in pixels: left edge, upper edge, side.
 pub type Square = (i32, i32, usize);
 
-/// Which squares to use; `None` keeps the current one.
+/// Squares to use; `None` keeps the current one.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct FrameSettings {
     /// Left edge, upper edge and side of the square in pixels of the interview's frames. It may extend beyond their
@@ -25,10 +25,10 @@ pub struct FrameSettings {
     /// The smallest square that holds the subject in its mattes, with a tenth to spare.
     #[arg(long, conflicts_with_all = ["interview", "exemplars"])]
     pub fit: bool,
-    /// What fills the square beyond the pictures' edges.
+    /// Fill of the square beyond the pictures' edges.
     #[arg(long, value_enum, default_value_t)]
     pub padding: Padding,
-    /// What is shown in place of an interview frame that cannot be read [default: as it is set; stop in a new project]
+    /// Stand-in for an interview frame that cannot be read [default: as it is set; stop in a new project]
     #[arg(long, value_enum, value_name = "CHOICE")]
     pub damaged_frames: Option<DamagedFrames>,
 }
@@ -45,12 +45,12 @@ fn square(text: &str) -> std::result::Result<Square, String> {
     }
 }
 
-/// How a project's pictures are framed.
+/// Framing of a project's pictures.
 #[derive(Clone, Debug, Serialize)]
 pub struct FrameReport {
     pub interview: Framing,
     pub exemplars: Framing,
-    /// What is shown in place of an interview frame that cannot be read.
+    /// Stand-in for an interview frame that cannot be read.
     pub damaged_frames: DamagedFrames,
     /// The folders into which the old calibration and network were moved, if there were any.
     pub aside: Vec<PathBuf>,
@@ -108,7 +108,7 @@ impl FrameSettings {
 
 /// Mattes of the interview that are looked at to find the subject.
 const LOOKS: usize = 9;
-/// What a square has more than the subject in it.
+/// Side of a square, as a multiple of the subject's extent.
 const SPARE: f64 = 1.1;
 
 /// A square around the subject.
@@ -186,7 +186,7 @@ impl Extent {
     }
 }
 
-/// Where a matte covers more than a tenth; None if it does so nowhere.
+/// Area where a matte covers more than a tenth; None if it does so nowhere.
 fn extent(mask: &Mask) -> Option<Extent> {
     let covered = |alpha: &f32| *alpha > 0.1;
     let rows = mask.pixels.chunks_exact(mask.width.max(1)).enumerate();

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Parts, and what each is taken for.
 pub type Gathered<'a> = [(Slot, &'a Candidate)];
 
-/// How many lamps the parts have: as the list says, or the mirror ball's movie.
+/// Number of lamps in the parts: as the list says, or the mirror ball's movie.
 pub fn lamps(parts: &Gathered) -> Option<usize> {
     let of = |slot| parts.iter().filter(move |(is, _)| *is == slot).map(|(_, part)| part);
     let listed = of(Slot::Lamps).find_map(|list| list.lamps);
@@ -27,7 +27,7 @@ pub fn name(parts: &Gathered) -> Option<String> {
     Some(folder.to_string_lossy().into_owned())
 }
 
-/// Why part `index` cannot be what it is taken for; `None` if it can.
+/// Reason that part `index` cannot be what it is taken for; `None` if it can.
 pub fn misfit(parts: &Gathered, index: usize) -> Option<String> {
     let (slot, part) = parts[index];
     if let Some(failure) = &part.failure {

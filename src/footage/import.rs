@@ -305,7 +305,7 @@ fn readable(project: &Project, frames: Range<usize>, progress: &Progress) -> Vec
     frames.into_par_iter().filter(is_readable).collect()
 }
 
-/// What can be done about a frame that cannot be read, if others can be.
+/// The error with a remedy for a frame that cannot be read, if others can be.
 fn or_go_on(project: &Project, error: Error) -> Error {
     let is_one = matches!(error, Error::Codec { .. } | Error::Io { .. });
     let all = [0, project.settings.shoot.frames.len() - 1];
@@ -319,7 +319,7 @@ fn or_go_on(project: &Project, error: Error) -> Error {
     )
 }
 
-/// What it costs that sizes are unknown: a ray that is taken for parallel is off by the angle at which the camera sees
+/// Cost of unknown sizes: a ray that is taken for parallel is off by the angle at which the camera sees
 /// it, at most the ball's radius over the distance; a lamp is seen from the ball's surface instead of its centre.
 const FAR: &str = "The manifest does not hold the ball's radius and the camera's position in metres, so the camera and \
                    the lamps count as far away. A lamp's direction is then off by up to 57° divided by the camera's \
@@ -341,7 +341,7 @@ fn missing(folder: &Path, what: &str) -> Error {
     Error::missing(format!("{} holds no {what}", folder.display()), NO_SHOOT)
 }
 
-/// Where each lamp is according to the manifest, whose directions follow the OLATs' numbers (names without leading
+/// Positions of the lamps according to the manifest, whose directions follow the OLATs' numbers (names without leading
 /// zeros sort differently). Empty if they do not match the lamps.
 fn layout(directions: serde_json::Value, lamps: &[String]) -> Vec<Vec3> {
     let number = |name: &String| -> Option<u64> {

@@ -19,14 +19,14 @@ pub struct Map {
     /// In frames per second, for pictures; a movie says its own.
     pub frame_rate: Option<f64>,
     pub lamps: Option<Lamps>,
-    /// What is shown in place of frames of the interview that cannot be read.
+    /// Stand-in for frames of the interview that cannot be read.
     #[serde(default)]
     pub damaged_frames: DamagedFrames,
     interview: Interview,
     #[serde(rename = "pose")]
     poses: Vec<Pose>,
     balls: Part,
-    /// How the balls were photographed; otherwise the ball is searched for and counts as far away.
+    /// Photography of the balls; without it, the ball is searched for and counts as far away.
     #[serde(default)]
     pub ball: Ball,
 }
@@ -39,7 +39,7 @@ pub enum Lamps {
     List(PathBuf),
 }
 
-/// What is known of a mirror ball, as in a manifest.
+/// Known facts of a mirror ball, as in a manifest.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ball {

@@ -13,7 +13,7 @@ use project::Project;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// How mattes are made.
+/// Settings for making mattes.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct MatteSettings {
     /// Make all mattes in PROJECT/mattes again.
@@ -39,7 +39,7 @@ fn parse_box(text: &str) -> std::result::Result<[usize; 4], String> {
     four.ok_or_else(|| format!("expected LEFT,TOP,WIDTH,HEIGHT in whole pixels, found {text:?}"))
 }
 
-/// Which mattes were made.
+/// Report of the mattes that were made.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MattesReport {
     /// The project.
@@ -65,15 +65,15 @@ pub struct MattesReport {
     pub followed: usize,
     /// Frames with strokes whose mattes were kept as they were.
     pub painted_kept: usize,
-    /// How much the frames' mattes flicker, from 0 to 1: how far coverage at their edges differs from the frame before, carried
-    /// along with the picture ([`matte::flicker`]). None if no two frames that follow each other were made.
+    /// Flicker of the frames' mattes, from 0 to 1: difference of the coverage at their edges from the frame before, carried along
+    /// with the picture ([`matte::flicker`]). None if no two frames that follow each other were made.
     pub flicker: Option<f32>,
     /// The same before they were averaged over time.
     pub flicker_before: Option<f32>,
 }
 
 impl MattesReport {
-    /// What was made, in a sentence.
+    /// The report in a sentence.
     pub fn sentence(&self) -> String {
         let mut text = format!(
             "{} mattes of frames and {} of poses made, {} kept",
@@ -146,7 +146,7 @@ pub fn make_mattes(
     Ok(report)
 }
 
-/// Whether a matte is to be made at the project's own path.
+/// True if a matte is to be made at the project's own path.
 fn is_wanted(matte: project::Matte, own: &Path, replace: bool) -> bool {
     match matte {
         project::Matte::Alpha(_) => false,

@@ -1,4 +1,4 @@
-//! How the subject moved while the lamps went round, and OLATs that are freed of it.
+//! Motion of the subject while the lamps went round, and OLATs that are freed of it.
 //!
 //! A motion is a shift of the whole subject and a turn of the head, which shifts the face on top of that and leaves the
 //! head's outline nearly where it is.
@@ -9,14 +9,14 @@ use project::Project;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// Where the subject is: the body's shift to the right and down, and what the face's middle is shifted on top of that,
+/// Position of the subject: the body's shift to the right and down, and the shift of the face's middle on top of that,
 /// in shares of the picture's side.
 pub type Shift = [f32; 4];
 
-/// What the calibration found of the subject's motion, as kept in `calibration.toml`.
+/// Motion of the subject that the calibration found, as kept in `calibration.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
-    /// What shows it.
+    /// Frames that show it.
     pub seen_in: SeenIn,
     /// The names of the lamps in the order in which they were lit.
     pub lamps: Vec<String>,
@@ -24,7 +24,7 @@ pub struct Motion {
     pub poses: Vec<PoseMotion>,
 }
 
-/// What shows the motion.
+/// Frames that show the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SeenIn {
@@ -39,11 +39,11 @@ pub enum SeenIn {
 pub struct PoseMotion {
     /// The pose's name.
     pub pose: String,
-    /// How far body or face are at most from their middle, in pixels of the OLATs. Sure from about three deviations on.
+    /// Largest distance of body or face from their middle, in pixels of the OLATs. Sure from about three deviations on.
     pub largest_px: f32,
     /// Standard deviation of that.
     pub deviation_px: f32,
-    /// Whether exemplars are freed of it when they are loaded.
+    /// Exemplars are freed of it when they are loaded.
     pub corrected: bool,
     /// For each lamp where the subject is; empty if that is not corrected.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -51,7 +51,7 @@ pub struct PoseMotion {
 }
 
 impl Motion {
-    /// What is corrected, as a sentence; `None` if nothing is.
+    /// The correction, as a sentence; `None` if nothing is corrected.
     pub fn sentence(&self) -> Option<String> {
         let poses: Vec<String> = (self.poses.iter().filter(|pose| pose.corrected))
             .map(|p| format!("{} {:.1} ± {:.1}", p.pose, p.largest_px, p.deviation_px.max(0.05)))
@@ -146,7 +146,7 @@ pub fn head_share(matte: &Mask) -> Mask {
     Raster::from_fn(matte.width, matte.height, |_, y| if all { 1.0 } else { above(y) })
 }
 
-/// How much of the face's shift each place takes part in when the head turns, from 0 to 1, by the matte alone: depth as
+/// Share of each place in the face's shift when the head turns, from 0 to 1, by the matte alone: depth as
 /// if each row of the head were the front of an ellipse, fading out at the neck. Without a neck above shoulders, all of
 /// the subject counts as head.
 pub fn head_turn(matte: &Mask) -> Mask {

@@ -1,4 +1,4 @@
-//! How the interview moves from frame to frame.
+//! Motion of the interview from frame to frame.
 
 use super::framed::read_picture;
 use base::error::Result;
@@ -29,7 +29,7 @@ impl Movement {
         }
     }
 
-    /// Where the pixels of frame `from` are in frame `to`, step by step over the frames between them; None if a frame between
+    /// Positions of frame `from`'s pixels in frame `to`, step by step over the frames between them; None if a frame between
     /// has another size.
     ///
     /// # Errors

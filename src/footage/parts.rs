@@ -1,4 +1,4 @@
-//! What an import finds: in a shoot's folder, whose parts may be movies, or by a TOML map.
+//! Parts that an import finds: in a shoot's folder, whose parts may be movies, or by a TOML map.
 
 use super::lamp_list;
 use super::map::{self, Map};

@@ -1,4 +1,4 @@
-//! Which frames of a movie show one lamp each, while the lamps go round.
+//! Frames of a movie that show one lamp each, while the lamps go round.
 //!
 //! Three kinds of frames are told apart by their brightness alone: fully lit ones (tracking frames, several lamps at once),
 //! single lamps (OLATs), and dark ones before, between and after. Where the number of lamps is known, it decides what is left
@@ -6,7 +6,7 @@
 
 use super::scan::counted;
 
-/// What a movie shows, as numbers of its frames, ascending.
+/// Contents of a movie, as numbers of its frames, ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Round {
     /// The frame that each lamp lit alone, in the order of time.
@@ -98,7 +98,7 @@ fn bounds(light: &[f32]) -> (f32, f32) {
     (dark, lit.unwrap_or(f32::INFINITY))
 }
 
-/// Whether the frames from `lit` on differ in light, as lamps do and fully lit frames do not.
+/// True if the frames from `lit` on differ in light, as lamps do and fully lit frames do not.
 fn differ(bright: &[usize], light: &[f32], lit: f32) -> bool {
     let lit = bright.iter().map(|&i| light[i]).filter(|&l| l >= lit);
     let (least, most) =

@@ -7,7 +7,7 @@ use project::Frames;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// What a shoot's folder holds.
+/// Contents of a shoot's folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
     pub folder: PathBuf,
@@ -26,22 +26,22 @@ pub struct Scan {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     pub part: &'static str,
-    /// What was found, in numbers.
+    /// The part's contents, in numbers.
     pub found: String,
-    /// What is missing or wrong, and why it matters.
+    /// The part's lack or fault, and the reason that it matters.
     pub lack: Option<String>,
-    /// Whether a project needs it.
+    /// A project needs it.
     pub needed: bool,
 }
 
 impl Scan {
-    /// Whether the folder holds everything that a project needs.
+    /// True if the folder holds everything that a project needs.
     pub fn is_complete(&self) -> bool {
         self.lines.iter().all(|line| line.lack.is_none() || !line.needed)
     }
 }
 
-/// Whether `folder` looks like a shoot: it has a manifest, or an interview and exemplars.
+/// True if `folder` looks like a shoot: it has a manifest, or an interview and exemplars.
 pub fn is_shoot(folder: &Path) -> bool {
     let has = |name: &str| folder.join(name).is_dir();
     folder.join(MANIFEST).is_file() || (has("interview") && has("exemplars"))

@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 pub const MANIFEST: &str = "manifest.json";
 /// The folder of a second mirror ball's photographs.
 pub const SECOND_PROBES: &str = "probes_2";
-/// What to do about a folder that is not a shoot.
+/// Remedy for a folder that is not a shoot.
 pub const NO_SHOOT: &str = "Check that this is a shoot folder and is complete";
 
-/// What is read from a shoot's `manifest.json`: what the pictures alone do not show.
+/// Contents of a shoot's `manifest.json`: facts that the pictures alone do not show.
 #[derive(Default, Deserialize)]
 pub struct Manifest {
     #[serde(default)]
@@ -47,7 +47,7 @@ pub struct Manifest {
     pub olat_conditions: Option<usize>,
     #[serde(default)]
     pub frames: Option<usize>,
-    /// What is shown in place of frames of the interview that cannot be read: `stop`, `hold` or `black`.
+    /// Stand-in for frames of the interview that cannot be read: `stop`, `hold` or `black`.
     #[serde(default)]
     pub damaged_frames: DamagedFrames,
 }
@@ -65,7 +65,7 @@ pub struct Camera {
     pub position: [f32; 3],
 }
 
-/// What the manifest says of a mirror ball: as much as is known.
+/// A mirror ball in the manifest: as much as is known.
 #[derive(Default, Deserialize)]
 pub struct Probes {
     /// Without centre and radius, the calibration finds the ball in its photographs.
@@ -178,7 +178,7 @@ impl Manifest {
     }
 }
 
-/// What a shoot holds: names, sorted, without extensions.
+/// Contents of a shoot: names, sorted, without extensions.
 #[derive(Default)]
 pub struct Listing {
     pub poses: Vec<String>,

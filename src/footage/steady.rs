@@ -16,7 +16,7 @@ pub struct Steady<'a> {
     project: &'a Project,
     average: bool,
     window: VecDeque<(usize, FrameMatte)>,
-    /// How many of the window's mattes are written.
+    /// Number of the window's mattes that are written.
     written: usize,
     /// The frame that was written last, and its matte.
     last: Option<(usize, Mask)>,
@@ -57,7 +57,7 @@ impl<'a> Steady<'a> {
         }
     }
 
-    /// Takes the next frame's matte. A frame that does not follow the one before begins anew.
+    /// Takes the next frame's matte. A frame that does not follow the one before starts over.
     ///
     /// # Errors
     /// When a matte cannot be written or a frame cannot be read.
@@ -94,7 +94,7 @@ impl<'a> Steady<'a> {
         Ok(())
     }
 
-    /// How much the mattes flicker, as written and as they were found.
+    /// Flicker of the mattes, as written and as they were found.
     pub fn flicker(&self) -> (Option<f32>, Option<f32>) {
         (self.steadied.value(), self.raw.value())
     }

@@ -22,7 +22,7 @@ pub struct Strokes {
 pub struct Stroke {
     /// The interview frame, counted from 0.
     pub frame: usize,
-    /// Whether the pixels belong to the person (`keep`) or to what is behind (`remove`).
+    /// Side of the pixels: the person (`keep`) or the background behind (`remove`).
     pub side: BrushSide,
     /// The brush's radius in pixels of the plate, from 0.5 to 2000.
     pub radius: f32,
@@ -30,7 +30,7 @@ pub struct Stroke {
     pub points: Vec<[f32; 2]>,
 }
 
-/// What a brush says.
+/// Effect of a brush.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BrushSide {
@@ -53,11 +53,11 @@ pub const RADII: std::ops::RangeInclusive<f32> = 0.5..=2000.0;
 pub const FARTHEST: f32 = 1e5;
 /// Frames to both sides that a stroke speaks for.
 pub const REACH: usize = 8;
-/// How much less a stroke says with each frame.
+/// Factor by which a stroke says less with each frame.
 const FADE: f32 = 0.92;
 
 impl Strokes {
-    /// Where a project keeps them.
+    /// Path of a project's strokes.
     pub fn path(project: &Project) -> PathBuf {
         project.root.join("mattes/strokes.toml")
     }
@@ -111,7 +111,7 @@ impl Strokes {
         frames
     }
 
-    /// Whether a frame has strokes of both sides.
+    /// True if a frame has strokes of both sides.
     pub fn tell_both(&self, frame: usize) -> bool {
         [BrushSide::Keep, BrushSide::Remove].iter().all(|side| {
             let mut all = self.strokes.iter();
@@ -119,7 +119,7 @@ impl Strokes {
         })
     }
 
-    /// What was painted on a frame of this size.
+    /// Seeds painted on a frame of this size.
     pub fn seeds(&self, frame: usize, size: (usize, usize)) -> Seeds {
         let mut seeds = Seeds::none(size);
         for stroke in self.strokes.iter().filter(|stroke| stroke.frame == frame) {
@@ -128,7 +128,7 @@ impl Strokes {
         seeds
     }
 
-    /// What the strokes on the frames around one say of it: each is carried along with the picture, says less with every
+    /// Seeds for a frame from the strokes on the frames around it: each is carried along with the picture, says less with every
     /// frame and where the motion is in doubt, and is silent [`REACH`] frames away. At the size at which motion is looked for;
     /// None if nothing is near. `size` is that of the frames.
     pub(super) fn carried(
@@ -164,7 +164,7 @@ impl Strokes {
 }
 
 impl Stroke {
-    /// What is wrong with it; None if nothing is.
+    /// The fault in it; None if there is none.
     fn problem(&self, frames: usize) -> Option<String> {
         if self.frame >= frames {
             return Some(format!(
@@ -189,7 +189,7 @@ impl Stroke {
     }
 }
 
-/// Whether strokes can have an effect on a frame: the shoot's own mattes are never changed.
+/// True if strokes can have an effect on a frame: the shoot's own mattes are never changed.
 pub fn is_own_matte(project: &Project, frame: usize) -> bool {
     match project.frame_matte(frame) {
         project::Matte::Alpha(_) => false,

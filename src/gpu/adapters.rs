@@ -1,4 +1,4 @@
-//! What the system offers to compute with, whether it is used or not.
+//! Adapters that the system offers to compute with, used or not.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,7 +27,7 @@ pub fn adapters() -> Vec<Adapter> {
 }
 
 impl Adapter {
-    /// Whether it is a GPU, and no processor that plays one.
+    /// True if it is a GPU, and no processor that plays one.
     pub fn is_hardware(&self) -> bool {
         self.kind.contains("GPU")
     }

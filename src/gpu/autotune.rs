@@ -1,5 +1,5 @@
-//! Where burn stores which of its GPU kernels are the fastest for each shape. It times them when it first meets a
-//! shape, which takes seconds to minutes for a whole network; later runs read the result.
+//! Store of the GPU kernels that burn found the fastest for each shape. burn times them when it first meets a shape,
+//! which takes seconds to minutes for a whole network; later runs read the result.
 
 use cubecl_runtime::config::cache::CacheConfig;
 use cubecl_runtime::config::environment::EnvironmentConfig;

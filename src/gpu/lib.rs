@@ -1,6 +1,6 @@
-//! Where pictures are made and where the network runs. Passes and window share one GPU, whose results agree with the CPU's.
-//! The network runs on burn's CPU backend, or on that GPU if a person asks for it: then what it computes is lit and drawn there
-//! without a copy.
+//! Devices that make pictures and run the network. Passes and window share one GPU, whose results agree with the CPU's.
+//! The network runs on burn's CPU backend, or on that GPU if a person asks for it: then what it computes is lit and
+//! drawn there without a copy.
 
 mod adapters;
 mod autotune;
@@ -19,7 +19,7 @@ use compositor::passes::PicturePasses;
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// What a person asks for.
+/// A person's choice of device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeviceChoice {
@@ -53,7 +53,7 @@ pub struct Gpu {
     setup: Box<WgpuSetup>,
     /// This GPU as burn names it, once a network is to run there: each device that burn knows keeps two threads awake.
     network: Arc<OnceLock<Result<Device, String>>>,
-    /// What the self-test found of pictures and of the network, once it has run.
+    /// Findings of the self-test on pictures and on the network, once it has run.
     verdicts: Arc<[OnceLock<Result<(), String>>; 2]>,
 }
 
@@ -141,7 +141,7 @@ impl ComputeDevice {
         self.gpu.as_ref().map(|gpu| &gpu.passes)
     }
 
-    /// Whether it has a GPU that is lost.
+    /// True if it has a GPU that is lost.
     pub fn is_lost(&self) -> bool {
         self.passes().is_some_and(|passes| passes.is_lost())
     }
@@ -158,7 +158,7 @@ impl ComputeDevice {
     }
 }
 
-/// Whether this process had a GPU and lost it.
+/// True if this process had a GPU and lost it.
 pub fn is_lost() -> bool {
     let shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
     shared.open().is_some_and(|gpu| gpu.passes.is_lost())
@@ -174,7 +174,7 @@ impl Gpu {
         }
     }
 
-    /// Whether this is the device of this process's GPU.
+    /// True if this is the device of this process's GPU.
     pub fn is_shared(device: &wgpu::Device) -> bool {
         let shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
         match &*shared {
@@ -184,7 +184,7 @@ impl Gpu {
         }
     }
 
-    /// Whether it can make pictures, and if not, why.
+    /// Ok if it can make pictures; otherwise the reason that it cannot.
     fn check(&self) -> Result<(), String> {
         if self.passes.is_lost() {
             let name = &self.adapter.name;
@@ -196,7 +196,7 @@ impl Gpu {
         pictures.get_or_init(|| self_test::pictures(&self.adapter.name, &self.passes)).clone()
     }
 
-    /// Whether a network can run on it, and if not, why.
+    /// Ok if a network can run on it; otherwise the reason that it cannot.
     fn check_network(&self) -> Result<(), String> {
         let (name, device) = (&self.adapter.name, self.network()?);
         let [_, network] = &*self.verdicts;
@@ -268,8 +268,8 @@ impl Gpu {
     }
 }
 
-/// What a device has to be made with for the network to compute on it: burn goes by the features and
-/// limits of the adapter, so it has to have all of them.
+/// Description of a device on which the network can compute: burn goes by the features and limits of the adapter, so it
+/// has to have all of them.
 pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
     // Buffers that are both a GPU's own and mapped are slow on real GPUs.
     let unwanted =

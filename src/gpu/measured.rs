@@ -1,10 +1,10 @@
-//! What a GPU says of itself when it is asked: how fast it copies, how much memory it has handed out.
+//! Measurements of a GPU: how fast it copies, how much memory it has handed out.
 
 use super::Gpu;
 use std::time::Instant;
 
 impl Gpu {
-    /// What the self-test finds; it runs once for each process.
+    /// Result of the self-test, which runs once for each process.
     ///
     /// # Errors
     /// A sentence: what it computed, and what was expected.

@@ -4,7 +4,7 @@
 //! window at rest would keep a processor awake. Work that comes wakes them at once: so they may sleep longer. Only a thread
 //! that has found the queue of another full for some milliseconds sleeps without being woken, at most 20 ms too long.
 
-/// How late the system may end a sleep of these threads, in nanoseconds.
+/// Largest delay that the system may add to the end of a sleep of these threads, in nanoseconds.
 #[cfg(target_os = "linux")]
 const SLACK_NS: std::ffi::c_ulong = 20_000_000;
 

@@ -19,7 +19,7 @@ const SIZE: usize = 16;
 /// Lamps of the field that is summed.
 const LAMPS: usize = 9;
 
-/// What is computed twice.
+/// A computation that is done twice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Check {
     /// Every kind of layer that the network has, one after the other.
@@ -43,9 +43,8 @@ impl Check {
         }
     }
 
-    /// How far a value may be off, as a share of the largest. Sums in another order are off by 1e-5 and
-    /// products of shorter numbers, as tensor cores make them, by 5e-4; powers and logarithms of shaders by
-    /// 2e-4. What is wrong is off by much more.
+    /// Largest error of a value, as a share of the largest. Sums in another order are off by 1e-5 and products of shorter
+    /// numbers, as tensor cores make them, by 5e-4; powers and logarithms of shaders by 2e-4. Wrong values are off by much more.
     fn tolerance(self) -> f32 {
         match self {
             Self::Layers | Self::View => 1e-3,
@@ -91,7 +90,7 @@ fn filmic() -> Scene {
     }
 }
 
-/// Whether a GPU makes pictures as the CPU does, and if not, what it did instead.
+/// Ok if a GPU makes pictures as the CPU does; otherwise a sentence about what it did instead.
 pub(super) fn pictures(adapter: &str, passes: &PicturePasses) -> Result<(), String> {
     compare(adapter, &Check::PICTURES, |check| check.on_gpu(passes))
 }
@@ -101,7 +100,7 @@ pub(super) fn network(adapter: &str, device: &Device) -> Result<(), String> {
     compare(adapter, &[Check::Layers], |_| layers(device))
 }
 
-/// Whether what was `found` for each check is what the CPU finds.
+/// Ok if the values `found` for each check are those that the CPU finds.
 fn compare(
     adapter: &str,
     checks: &[Check],
@@ -237,7 +236,7 @@ mod tests {
 
     const ALL: [Check; 4] = [Check::Layers, Check::Sum, Check::HalfSum, Check::View];
 
-    /// What a GPU that is right finds, with the values of one check spoilt.
+    /// Comparison with a GPU that is right, but with the values of one check spoilt.
     fn spoilt(which: Check, spoil: impl Fn(Vec<f32>) -> Vec<f32>) -> Result<(), String> {
         compare("Broken 9000", &ALL, |check| {
             let right = check.on_cpu()?;

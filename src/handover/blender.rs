@@ -20,7 +20,7 @@ const PLACE: &str = "SHOT = {}\n";
 /// The last frame that Blender counts to.
 const MOST_FRAMES: usize = 1_048_574;
 
-/// What the script knows of the shot. Lists over frames have one entry if nothing changes.
+/// Numbers of the shot for the script. Lists over frames have one entry if nothing changes.
 #[derive(Serialize)]
 struct Numbers<'a> {
     name: &'a str,
@@ -34,7 +34,7 @@ struct Numbers<'a> {
     /// 1 if colour is divided by alpha.
     straight: u8,
     lamps: Vec<Lamp<'a>>,
-    /// What no lamp does; empty if there is none.
+    /// Layers without a lamp's light; empty if there are none.
     rest: Vec<Part>,
     world: World,
     placed: Vec<Sun<'a>>,

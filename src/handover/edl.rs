@@ -144,7 +144,7 @@ mod tests {
         assert!(text.contains("* FRAME RATE: 29.970\n"), "{text}");
     }
 
-    /// What OpenTimelineIO reads of a file with this ending.
+    /// Timeline that OpenTimelineIO reads from a file with this ending.
     fn read(python: &Path, shot: &Shot, ending: &str, text: &str) -> Value {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(format!("shot{ending}"));

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// How a gaffer calls a lamp.
+/// A gaffer's name for a lamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
     /// In front, on the side that gives more light.

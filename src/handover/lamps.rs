@@ -35,14 +35,14 @@ pub struct LampLayer {
     pub group: Group,
     /// Its weight per channel, frame by frame.
     pub weights: Vec<[f32; 3]>,
-    /// Where it is, if not in the pictures' files.
+    /// Files of the layer, if it is not in the pictures' files.
     pub files: Option<Stills>,
 }
 
-/// What no lamp does: background and effects.
+/// Layer without the lamps' light: background and effects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rest {
-    /// Where it is, if not in the pictures' files.
+    /// Files of the layer, if it is not in the pictures' files.
     pub files: Option<Stills>,
 }
 

@@ -19,16 +19,16 @@ use std::io::{Cursor, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-/// What stands behind the shot's name in that of the panorama.
+/// Ending of the panorama's name, after the shot's name.
 pub const ENVIRONMENT: &str = ".environment.exr";
 
-/// What lights the shot. The picture's level is that of the background in it: a surface of albedo 0.35 in the panorama's mean
+/// Light of the shot. The picture's level is that of the background in it: a surface of albedo 0.35 in the panorama's mean
 /// light is middle grey.
 pub struct Light {
     /// As its file has it, not turned.
     pub environment: Arc<Environment>,
     pub frames: Vec<FrameLight>,
-    /// What the lights are called that were placed by hand and are on.
+    /// Names of the lights that were placed by hand and are on.
     pub placed: Vec<String>,
 }
 
@@ -36,12 +36,12 @@ pub struct Light {
 pub struct FrameLight {
     /// The yaw at which the panorama is shown, in degrees.
     pub yaw_deg: f32,
-    /// What takes a direction in the panorama to one on the stage.
+    /// Rotation from a direction in the panorama to one on the stage.
     pub turn: Quat,
     /// Times the panorama's radiance, per channel.
     pub strength: [f32; 3],
-    /// What each lamp of the rig gives to a surface that faces it: irradiance per channel, in the order of the rig. Together
-    /// they give the light of the panorama and of the lights placed by hand.
+    /// Light of each lamp of the rig on a surface that faces it: irradiance per channel, in the order of the rig. Together they
+    /// give the light of the panorama and of the lights placed by hand.
     pub lamps: Vec<[f32; 3]>,
     /// In the order of [`Light::placed`].
     pub placed: Vec<PlacedLamp>,
@@ -51,7 +51,7 @@ pub struct FrameLight {
 pub struct PlacedLamp {
     /// From the subject to the light, of length 1.
     pub direction: Vec3,
-    /// How large it looks from edge to edge.
+    /// Apparent size from edge to edge.
     pub size_deg: f32,
     /// Irradiance per channel of a surface that faces it.
     pub light: [f32; 3],

@@ -4,7 +4,7 @@ use base::error::{Error, Result};
 use export::Destination;
 use std::path::{Path, PathBuf};
 
-/// What was exported.
+/// Exported files.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Media {
     Movie(PathBuf),
@@ -63,7 +63,7 @@ impl Media {
         }
     }
 
-    /// What the shot is called: the name without number and ending.
+    /// Name of the shot: the file's name without number and ending.
     pub fn shot_name(&self) -> String {
         let name = match self {
             Self::Movie(path) => path.file_stem().map(|s| s.to_string_lossy().into_owned()),

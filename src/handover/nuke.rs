@@ -15,7 +15,7 @@ use std::fmt::Write;
 
 /// Pixels between two lamps, and between two rows, in the graph.
 const STEP: (i64, i64) = (110, 60);
-/// What Nuke does not read as a name's letters.
+/// Signs in a name that Nuke does not read as letters.
 const SIGNS: [char; 2] = ['#', '%'];
 
 /// Refuses what Nuke would not find.
@@ -53,7 +53,7 @@ pub fn script(shot: &Shot) -> String {
 
 #[derive(Default)]
 struct Script {
-    /// What has no inputs and none takes: it comes first, so that nothing is on the stack in its place.
+    /// Nodes without inputs that none takes: they come first, so that nothing is on the stack in their place.
     head: String,
     text: String,
     /// Columns of the graph that are taken.
@@ -106,7 +106,7 @@ impl Script {
         }
     }
 
-    /// What turns the light: for lights of one's own, and to read.
+    /// Node with the turn of the light: for lights of one's own, and to read.
     fn turn(&mut self, shot: &Shot, light: &Light) {
         let yaws = light.frames.iter().map(|frame| frame.yaw_deg);
         let yaw = animated(shot.frames.0, yaws);

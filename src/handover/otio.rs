@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Where editors begin a timeline: at 01:00:00:00.
+/// Start of a timeline, as editors have it: 01:00:00:00.
 pub fn record_start(time_code: TimeCode) -> TimeCode {
     TimeCode { hours: 1, minutes: 0, seconds: 0, frame: 0, ..time_code }
 }

@@ -34,7 +34,7 @@ const BRADFORD: Matrix =
     [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
 impl ColorSpace {
-    /// Where its corners and its white are.
+    /// Positions of its corners and its white.
     pub fn primaries(self) -> Primaries {
         let of = |red, green, blue, white| Primaries { red, green, blue, white };
         match self {

@@ -22,7 +22,7 @@ const REMEDY: &str = "Choose a .cube file as colour grading tools write it";
 /// A look-up table from RGB to RGB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cube {
-    /// What the file calls itself; "" if it does not.
+    /// The file's name for itself; "" if it has none.
     pub title: String,
     curves: Option<Table>,
     cube: Option<Table>,
@@ -76,7 +76,7 @@ impl Cube {
         header.tables(values)
     }
 
-    /// What the table makes of a colour. NaN counts as the least input.
+    /// The table's output for a colour. NaN counts as the least input.
     pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         let rgb = self.curves.as_ref().map_or(rgb, |table| table.curves(rgb));
         self.cube.as_ref().map_or(rgb, |table| table.cube(rgb))
@@ -114,7 +114,7 @@ fn numbers<const N: usize>(text: &str) -> std::result::Result<[f32; N], String> 
     words.next().is_none().then_some(found).ok_or_else(wrong)
 }
 
-/// What stands before the values.
+/// Header before the values.
 #[derive(Default)]
 struct Header {
     title: String,
@@ -197,7 +197,7 @@ impl Table {
         })
     }
 
-    /// What a cube makes of a colour.
+    /// A cube's output for a colour.
     pub fn cube(&self, rgb: [f32; 3]) -> [f32; 3] {
         let places: [(usize, f32); 3] = std::array::from_fn(|c| self.place(rgb[c], c));
         let steps = [1, self.size, self.size * self.size];

@@ -33,7 +33,7 @@ fn curves(size: usize, before: &str) -> String {
     text
 }
 
-/// What a person's chart has: corners, greys, colours between, and values outside of the domain.
+/// Colours of a person's chart: corners, greys, colours between, and values outside of the domain.
 fn chart() -> Vec<[f32; 3]> {
     let steps = [-0.5, 0.0, 0.001, 0.02, 0.18, 0.3333, 0.5, 0.77, 1.0, 1.7, 9.0];
     let all = steps.iter().flat_map(|&r| steps.iter().map(move |&g| (r, g)));
@@ -129,7 +129,7 @@ proptest! {
     }
 }
 
-/// What OpenColorIO makes of the chart: `arguments` of `tests/peers/ocio.py` behind its files.
+/// OpenColorIO's output for the chart: `arguments` of `tests/peers/ocio.py` behind its files.
 fn theirs(python: &Path, folder: &Path, arguments: &[&str]) -> Vec<[f32; 3]> {
     let (from, to) = (folder.join("in.f32"), folder.join("out.f32"));
     let bytes: Vec<u8> = chart().iter().flatten().flat_map(|v| v.to_le_bytes()).collect();

@@ -1,4 +1,4 @@
-//! What a display shows of linear light, as a table: any transform of colours, at one speed on every device.
+//! Output of a display for linear light, as a table: any transform of colours, at one speed on every device.
 //!
 //! Light goes through a logarithm and then through a cube, which is interpolated within tetrahedra as [`crate::Cube`] is. How far
 //! that is from the transform itself is measured in `color_config`.
@@ -15,7 +15,7 @@ const SIZE: usize = 65;
 /// powers do. With these two, light of 1, where many transforms clip, is an entry.
 const SLOPE: f32 = 7.0;
 const STOPS: f32 = 6.0;
-/// What codes may be in the table. Beyond `[0, 1]`, so that a transform that would clip there does so between entries.
+/// Range of codes in the table. Beyond `[0, 1]`, so that a transform that would clip there does so between entries.
 const CODES: [f32; 2] = [-1.0, 4.0];
 
 /// Codes of a display by linear Rec. 709, under the name by which a person knows them.

@@ -42,7 +42,7 @@ impl DualGamma {
         ))
     }
 
-    /// Whether the curve never falls, checked at 1025 places.
+    /// True if the curve never falls, checked at 1025 places.
     pub fn is_monotone(&self) -> bool {
         (0..=1024).all(|i| self.value_and_slope(f64::from(i) / 1024.0).1 >= 0.0)
     }

@@ -119,7 +119,7 @@ pub fn codes_from_memory(file: &[u8]) -> Result<((usize, usize), Vec<u8>)> {
 pub struct Codes {
     /// Columns and rows.
     pub size: (usize, usize),
-    /// Whether the fourth of four codes is alpha.
+    /// The fourth of four codes is alpha.
     pub has_alpha: bool,
     /// The codes, from 0 to 65535.
     pub codes: Vec<u16>,
@@ -272,7 +272,7 @@ pub fn write_exr(path: &Path, picture: &Image) -> Result<()> {
     write_beside(path, |out| out.write_all(&bytes))
 }
 
-/// Why an encoder could not write, for [`base::files::write_beside`].
+/// An encoder's failure to write, for [`base::files::write_beside`].
 pub fn io_error(error: image::ImageError) -> std::io::Error {
     match error {
         image::ImageError::IoError(e) => e,

@@ -15,12 +15,12 @@ const REACH: usize = 4;
 const BRIGHTEST: usize = 50;
 /// The least that a point has of what is brightest under any lamp, for it to tell lamps apart.
 const LEAST_LIGHT: f32 = 1e-3;
-/// How much brighter the best lamp is than lamps on average, at the least.
+/// Least factor by which the best lamp is brighter than lamps on average.
 const LEAST_LEAD: f32 = 1.05;
 /// Steps to the direction; each comes several times closer to it.
 const STEPS: usize = 30;
 
-/// Why no direction is found.
+/// Reason that no direction is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoAim {
     /// The point is not on the subject.
@@ -44,7 +44,7 @@ impl fmt::Display for NoAim {
     }
 }
 
-/// How bright each pixel of a subject is under each lamp, for the energy of the lamp.
+/// Brightness of each pixel of a subject under each lamp, for the energy of the lamp.
 pub struct LampResponses {
     matte: Mask,
     lamps: Vec<LampResponse>,
@@ -56,7 +56,7 @@ struct LampResponse {
     direction: Vec3,
     /// Luminance for energy 1; zero where the OLAT has no finite, positive value.
     light: Raster<f32>,
-    /// What only a part of [`BRIGHTEST`] of the subject exceeds.
+    /// Luminance that only a part of [`BRIGHTEST`] of the subject exceeds.
     peak: f32,
 }
 
@@ -226,7 +226,7 @@ mod tests {
 
     const SIDE: usize = 96;
 
-    /// What a sphere is made of: its matt and its glossy part, and how sharp its highlight is.
+    /// Surface of a sphere: its matt and its glossy part, and how sharp its highlight is.
     #[derive(Clone, Copy)]
     struct Surface {
         matt: f32,

@@ -98,7 +98,7 @@ pub fn areas(environment: &Environment, count: usize) -> Vec<Area> {
         .collect()
 }
 
-/// What adds up over an area.
+/// Sums over an area.
 #[derive(Default)]
 struct Sum {
     energy: [f64; 3],

@@ -82,8 +82,8 @@ impl Tool {
     }
 }
 
-/// Which way is front in a panorama file: the yaw in degrees that brings it to the middle column. Kept beside the
-/// file's name; 0 if the file was made for Afterlight.
+/// Front of a panorama file: the yaw in degrees that brings it to the middle column. Kept beside the file's name; 0 if
+/// the file was made for Afterlight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Front {

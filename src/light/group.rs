@@ -34,7 +34,7 @@ fn is_unknown(id: &u32) -> bool {
 }
 
 impl LightGroup {
-    /// What the intensity of its lights is multiplied by; NaN counts as 0 stops.
+    /// Factor on the intensity of its lights; NaN counts as 0 stops.
     pub fn gain(&self) -> f32 {
         let stops = super::Lighting::STOPS;
         match self.gain_stops.is_nan() {

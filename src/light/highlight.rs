@@ -1,4 +1,4 @@
-//! Where on the subject a light falls: the way back from [`super::aim`].
+//! Place on the subject where a light falls: the way back from [`super::aim`].
 
 use super::aim::LampResponses;
 use glam::Vec3;

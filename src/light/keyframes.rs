@@ -17,12 +17,12 @@ const LARGEST: f64 = 1e9;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "File", into = "File")]
 pub struct Keyframes {
-    /// How values go on from keys that do not say it themselves.
+    /// Interpolation after keys that have none of their own.
     pub interpolation: Interpolation,
     keys: Vec<Key>,
 }
 
-/// What a file holds, before it is checked.
+/// Content of a file, before it is checked.
 #[derive(Clone, Serialize, Deserialize)]
 struct File {
     #[serde(default)]
@@ -76,7 +76,7 @@ impl Keyframes {
         self.put(Key { frame, value, ..key })
     }
 
-    /// How a new key at a frame goes on: as the key before it, and where that is Bézier with the curve's slope.
+    /// A new key at a frame: it goes on as the key before it, and where that is Bézier with the curve's slope.
     fn between(&self, frame: f64) -> Key {
         let next = self.keys.partition_point(|key| key.frame <= frame);
         let Some(before) = next.checked_sub(1) else {
@@ -150,7 +150,7 @@ impl Keyframes {
         Ok(raised)
     }
 
-    /// How the value goes on from the key at `index`; beyond the last one, as [`Self::interpolation`] says.
+    /// Interpolation from the key at `index`; beyond the last one, that of [`Self::interpolation`].
     pub fn kind(&self, index: usize) -> Interpolation {
         let own = self.keys.get(index).and_then(|key| key.interpolation);
         own.unwrap_or(self.interpolation)
@@ -245,7 +245,7 @@ impl Keyframes {
 /// Hermite's cubic between two keys.
 struct Cubic {
     ends: [Key; 2],
-    /// Where it begins and ends, in values a frame.
+    /// Slopes at its beginning and its end, in values a frame.
     slopes: [f64; 2],
 }
 

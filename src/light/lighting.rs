@@ -1,4 +1,4 @@
-//! How an environment lights the subject: turned freely, graded, and joined by lights placed by hand.
+//! Lighting of the subject by an environment: turned freely, graded, and joined by lights placed by hand.
 
 use super::group::LightGroup;
 use super::placed::PlacedLight;
@@ -9,11 +9,11 @@ use glam::Quat;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
-/// How an environment is changed before it lights the subject, besides its yaw. The default changes nothing.
+/// Changes of an environment before it lights the subject, besides its yaw. The default changes nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default)]
 pub struct Lighting {
-    /// How the environment's light is distributed over the lamps.
+    /// Distribution of the environment's light over the lamps.
     #[arg(long = "weights", value_enum, default_value_t)]
     pub weighting: Weighting,
     /// Turn the environment up, after its yaw.
@@ -100,8 +100,8 @@ impl Lighting {
     /// The range of the intensity in stops.
     pub const STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
-    /// Whether lights placed by hand light the subject alone: one that is on is solo. Then the environment and all other
-    /// lights are off.
+    /// True if lights placed by hand light the subject alone: one that is on is solo. Then the environment and all
+    /// other lights are off.
     pub fn is_solo(&self) -> bool {
         self.placed.iter().any(|light| self.lights_alone(light))
     }
@@ -111,23 +111,23 @@ impl Lighting {
         (self.groups.iter()).find(|group| group.name == light.group && !group.name.is_empty())
     }
 
-    /// Whether a light is on, and its group too.
+    /// True if a light is on, and its group too.
     fn is_on(&self, light: &PlacedLight) -> bool {
         light.enabled && self.group_of(light).is_none_or(|group| !group.muted)
     }
 
-    /// Whether a light is on, and it or its group is solo.
+    /// True if a light is on, and it or its group is solo.
     fn lights_alone(&self, light: &PlacedLight) -> bool {
         let is_solo = || light.solo || self.group_of(light).is_some_and(|group| group.solo);
         self.is_on(light) && is_solo()
     }
 
-    /// Whether a light of this lighting is on, and not silenced by others that are solo.
+    /// True if a light of this lighting is on, and not silenced by others that are solo.
     pub fn shines(&self, light: &PlacedLight) -> bool {
         self.lights_alone(light) || self.is_on(light) && !self.is_solo()
     }
 
-    /// What the lights are called that light the subject alone; empty unless [`Self::is_solo`].
+    /// Titles of the lights that light the subject alone; empty unless [`Self::is_solo`].
     pub fn solo_titles(&self) -> Vec<String> {
         let lights = self.placed.iter().enumerate();
         let solo = lights.filter(|(_, light)| self.lights_alone(light));

@@ -141,7 +141,7 @@ impl DrawnPatch {
         }
     }
 
-    /// How bright the patch is in a unit direction, 0 to 1.
+    /// Brightness of the patch in a unit direction, 0 to 1.
     fn level(&self, direction: DVec3) -> f64 {
         let ahead = direction.dot(self.middle);
         let (x, y) = (direction.dot(self.right), direction.dot(self.up));
@@ -167,7 +167,7 @@ impl DrawnPatch {
         }
     }
 
-    /// How bright it is at a place from its middle, 0, to its edge, 1.
+    /// Brightness at a place from its middle, 0, to its edge, 1.
     fn edge(&self, t: f64) -> f64 {
         match t {
             t if t >= 1.0 => 0.0,

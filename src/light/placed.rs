@@ -11,7 +11,7 @@ use std::str::FromStr;
 /// The outer part of a soft light over which it falls to nothing.
 const SOFTNESS: f64 = 0.3;
 
-/// What a placed light looks like.
+/// Shape of a placed light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -46,12 +46,12 @@ pub struct PlacedLight {
     /// The light's energy: ∫ L dω is `intensity · color` per channel, whatever the size. A white matt
     /// surface that faces the light gets radiance `intensity / π` from it.
     pub intensity: f32,
-    /// Whether the light is on.
+    /// The light is on.
     pub enabled: bool,
-    /// Whether it lights the subject alone: see [`super::Lighting::shines`].
+    /// The light lights the subject alone: see [`super::Lighting::shines`].
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub solo: bool,
-    /// What a person calls it; empty if it is called by its number.
+    /// The name that a person gave it; empty if it is called by its number.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// The name of its [`super::LightGroup`]; empty if it is in none.
@@ -62,7 +62,7 @@ pub struct PlacedLight {
     pub temperature_k: Option<f32>,
 }
 
-/// Whether a light has no number yet.
+/// True if a light has no number yet.
 fn is_none(id: &u32) -> bool {
     *id == 0
 }

@@ -15,8 +15,8 @@ pub struct Lamp {
     pub energy: [f32; 3],
     /// Root-mean-square angle of the footprint about the centroid, in degrees.
     pub spread_deg: f32,
-    /// How far the direction can be trusted: 0 (not seen) to 1. Above a half it is nearly always right within five
-    /// degrees. Clipping lowers it a little.
+    /// Trust in the direction: 0 (not seen) to 1. Above a half it is nearly always right within five degrees. Clipping
+    /// lowers it a little.
     pub confidence: f32,
     /// Share of the energy, 0 to 1, from pixels with a clipped channel: there the lamp is brighter than
     /// measured.
@@ -35,7 +35,7 @@ impl Lamp {
     /// [`super::weights::MOST`].
     const LEAST_ENERGY: f32 = 1e-17;
 
-    /// Whether the lamp can be used: the ball shows it, in every channel. A lamp without light in one channel would
+    /// True if the lamp can be used: the ball shows it, in every channel. A lamp without light in one channel would
     /// need an infinite weight there.
     pub fn is_usable(&self) -> bool {
         self.confidence > 0.0

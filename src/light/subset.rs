@@ -8,7 +8,7 @@ use rayon::prelude::*;
 /// Lamps chosen from a rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subset {
-    /// Which lamps, in ascending order.
+    /// Indices of the chosen lamps, in ascending order.
     pub indices: Vec<usize>,
     /// The largest angle in degrees from a direction that the whole rig covers to the nearest chosen lamp. The
     /// whole rig covers a direction if one of its lamps is no farther than its spacing (the median angle between
@@ -134,10 +134,9 @@ fn covered(directions: &[Vec3]) -> (Vec<Vec3>, f32) {
     (samples, share.max(1e-3))
 }
 
-/// What makes a choice uneven: the mean of (θ/r)¹⁶ over the covered directions, θ being the angle to the
-/// nearest chosen lamp, of which the farthest directions make nearly all; and ε/N·Σ(d/θ)¹⁶ over the pairs
-/// of N chosen lamps. r and d are the radius and the spacing of N even cells, and ε makes separation matter
-/// less than covering.
+/// Unevenness of a choice: the mean of (θ/r)¹⁶ over the covered directions, θ being the angle to the nearest chosen
+/// lamp, of which the farthest directions make nearly all; and ε/N·Σ(d/θ)¹⁶ over the pairs of N chosen lamps. r and d
+/// are the radius and the spacing of N even cells, and ε makes separation matter less than covering.
 struct Cost<'a> {
     directions: &'a [Vec3],
     /// For each lamp the first term's part of each sample, were it the nearest chosen lamp.
@@ -207,7 +206,7 @@ impl<'a> Cost<'a> {
         }
     }
 
-    /// Which chosen lamp is best swapped for `lamp`, and how that changes the cost.
+    /// The chosen lamp that is best swapped for `lamp`, and the change of the cost.
     fn best_swap(
         &self,
         lamp: usize,
@@ -249,7 +248,7 @@ fn power(x: f32) -> f32 {
 struct Nearest {
     /// Place of the nearest among the chosen.
     place: usize,
-    /// What the sample costs, and what it would cost without its nearest lamp.
+    /// Cost of the sample, and its cost without its nearest lamp.
     first: f64,
     second: f64,
 }

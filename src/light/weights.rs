@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 pub use turned::rotation;
 
-/// Which [`Partition`] distributes an environment over the lamps.
+/// Kind of [`Partition`] that distributes an environment over the lamps.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
 )]
@@ -59,14 +59,14 @@ pub struct LightWeights {
     pub uncovered: f32,
 }
 
-/// Which lamps stand for which direction, for every texel of a panorama.
+/// Lamps that stand for each direction, for every texel of a panorama.
 pub struct Partition {
     pub(super) width: usize,
     pub(super) height: usize,
     /// The nodes that share each texel's energy, texel after texel. Shares are not negative and add up to 1; in a fit
     /// they are per steradian.
     shares: Vec<(u16, f32)>,
-    /// Where each texel's part of `shares` ends.
+    /// End of each texel's part of `shares`.
     ends: Vec<u32>,
     /// Per texel whether lamps surround it.
     covered: Vec<bool>,
@@ -86,7 +86,7 @@ enum Rule {
     Fit(Box<Fit>),
 }
 
-/// What the nodes of a partition get from a panorama.
+/// Energies that the nodes of a partition get from a panorama.
 pub(super) struct NodeEnergies {
     /// Per node Σ share · energy.
     pub nodes: Vec<[f64; 3]>,
@@ -213,7 +213,7 @@ impl Partition {
         }))
     }
 
-    /// What the nodes get when `row` writes the energies of each row's texels.
+    /// Energies that the nodes get when `row` writes the energies of each row's texels.
     fn gather(&self, mut row: impl FnMut(usize, &mut [[f64; 3]])) -> NodeEnergies {
         let mut gathered = NodeEnergies {
             nodes: vec![[0.0f64; 3]; self.division.nodes()],
@@ -246,14 +246,14 @@ impl Partition {
         &self.shares[start as usize..end as usize]
     }
 
-    /// Whether lamps surround the texel.
+    /// True if lamps surround the texel.
     pub(super) fn is_covered(&self, x: usize, y: usize) -> bool {
         self.covered.get(y * self.width + x) == Some(&true)
     }
 }
 
 impl LampDivision {
-    /// How many nodes there are.
+    /// Number of nodes.
     pub fn nodes(&self) -> usize {
         match &self.rule {
             Rule::Shares(nodes) => nodes.len(),

@@ -13,7 +13,7 @@ use imaging::resample::resize_area;
 use imaging::{Encoded, Mask, Raster};
 use std::collections::VecDeque;
 
-/// What a seed that is carried from another frame says at most, as a logarithm of odds.
+/// Largest weight of a seed that is carried from another frame, as a logarithm of odds.
 const MOST_ODDS: f32 = 10.0;
 /// A seed that says less starts no change.
 const LEAST_SEED: f32 = 0.25;
@@ -28,7 +28,7 @@ const BAND: usize = 16;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correction {
     pub matte: Matte,
-    /// Where the strokes are and what they changed, at the size that is cut: what other frames can be told.
+    /// Places and effects of the strokes, at the size that is cut: seeds for other frames.
     pub seeds: Seeds,
 }
 
@@ -196,7 +196,7 @@ pub fn followed(picture: &Encoded, start: &Mask, trusted: &Mask, seeds: &Seeds) 
     Ok(matte)
 }
 
-/// What each pixel is supposed to be at first: as the matte says, but for what is like a stroke that contradicts it, and near.
+/// First guess for each pixel: as the matte says, but for pixels like a stroke that contradicts it, and near.
 fn supposed(picture: &Encoded, before: &[bool], told: &[f32]) -> Vec<bool> {
     let (width, height) = picture.0.size();
     let reach = NEAR * width.max(height) as f32;

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 const DARK: f32 = 2e-3;
 /// Codes within which a channel is neither black nor clipped.
 const READABLE: std::ops::Range<f32> = 0.02..0.97;
-/// How far the plate may be off, as a share of a pixel at the size that is cut.
+/// Possible offset of the plate, as a share of a pixel at the size that is cut.
 const OFF_PX: f32 = 0.25;
 /// The least noise, in codes: rounding, and compression.
 const LEAST_NOISE: f32 = 1.0;
@@ -82,7 +82,7 @@ fn unlike(shown: f32) -> Error {
     )
 }
 
-/// How the plate's light becomes the picture's: per channel, the logarithm is a linear function, which another exposure, white
+/// Change from the plate's light to the picture's: per channel, the logarithm is a linear function, which another exposure, white
 /// balance and gamma make of it.
 struct Exposure([[f32; 2]; 3]);
 
@@ -150,11 +150,11 @@ impl Exposure {
     }
 }
 
-/// How far each pixel is from the plate.
+/// Difference of each pixel from the plate.
 struct Difference {
     /// Mean square over channels and the 3 × 3 pixels around, in variances.
     squares: Vec<f32>,
-    /// What each colour costs if it is the plate's: minus the logarithm of its density in codes.
+    /// Cost of each colour if it is the plate's: minus the logarithm of its density in codes.
     costs: Vec<f32>,
 }
 

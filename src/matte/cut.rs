@@ -35,7 +35,7 @@ impl Reduced {
         Self { light, small }
     }
 
-    /// Whether each pixel of the picture is inside of a cut at the reduced size.
+    /// A cut at the reduced size, enlarged to the picture: true for each pixel inside.
     pub fn enlarged(&self, cut: &[bool]) -> Vec<bool> {
         let (width, height) = self.small.0.size();
         let cut =

@@ -1,4 +1,4 @@
-//! How the picture moves from one frame to another, and mattes that are carried along.
+//! Motion of the picture from one frame to another, and mattes that are carried along.
 
 use super::refine::FLAT;
 use super::{linear, quantile, window};
@@ -31,12 +31,12 @@ pub fn flow_picture(picture: &Encoded) -> Encoded {
     Encoded(small.map(|p| p.map(srgb_from_linear)))
 }
 
-/// Where each pixel of one frame is in another.
+/// Place of each pixel of one frame in another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flow {
     /// Shifts to the right and down, in pixels of the pictures in which motion was looked for.
     shifts: Raster<[f32; 2]>,
-    /// How far each may be believed, in `[0, 1]`: 1 if the pixel is found there to within the pictures' noise.
+    /// Trust in each shift, in `[0, 1]`: 1 if the pixel is found there to within the pictures' noise.
     trust: Mask,
 }
 
@@ -71,12 +71,12 @@ impl Flow {
         Self { shifts, trust }
     }
 
-    /// How far each shift may be believed, in `[0, 1]`, at the size at which motion was looked for.
+    /// Trust in each shift, in `[0, 1]`, at the size at which motion was looked for.
     pub fn trust(&self) -> &Mask {
         &self.trust
     }
 
-    /// What the other frame's values are here: each pixel is read where it went (bilinear; beyond the border the border's). The
+    /// The other frame's values here: each pixel is read where it went (bilinear; beyond the border the border's). The
     /// values may have any size.
     pub fn warped<const N: usize>(&self, of_other: &Raster<[f32; N]>) -> Raster<[f32; N]> {
         let (width, height) = of_other.size();
@@ -198,7 +198,7 @@ fn refined(
     shifts
 }
 
-/// How well each pixel is found where it went, beside how well most are.
+/// Quality of each pixel's match where it went, beside that of most pixels.
 fn trust(from: &Raster<[f32; 3]>, to: &Raster<[f32; 3]>, shifts: &Raster<[f32; 2]>) -> Mask {
     let size = from.size();
     let errors: Vec<[f32; 1]> = (0..from.pixels.len())

@@ -19,7 +19,7 @@ enum Tree {
 }
 
 impl Tree {
-    /// Whether flow leaves the tree's root along its branches.
+    /// Sign of the flow along the tree's branches: 1 away from the root, −1 towards it.
     fn sign(self) -> i64 {
         if self == Self::Source { 1 } else { -1 }
     }
@@ -31,9 +31,9 @@ pub struct FlowNetwork {
     stride: usize,
     width: usize,
     height: usize,
-    /// What is left of the link to the source, or, negative, to the sink.
+    /// Remaining capacity of the link to the source, or, negative, to the sink.
     terminal: Vec<i64>,
-    /// What is left of the links to the neighbours.
+    /// Remaining capacities of the links to the neighbours.
     links: Vec<[i32; 8]>,
     tree: Vec<Tree>,
     parent: Vec<u8>,
@@ -76,13 +76,13 @@ impl FlowNetwork {
         pixel.wrapping_add_signed(y * self.stride as isize + x)
     }
 
-    /// What it costs to give a pixel to the sink or to the source.
+    /// Sets the cost of giving a pixel to the sink or to the source.
     pub fn set_terminal(&mut self, x: usize, y: usize, to_sink: i32, to_source: i32) {
         let pixel = self.index(x, y);
         self.terminal[pixel] = i64::from(to_sink) - i64::from(to_source);
     }
 
-    /// What it costs, at least 0, to part a pixel from its neighbour in direction `d`, which must be within the grid.
+    /// Sets the cost, at least 0, of parting a pixel from its neighbour in direction `d`, which must be within the grid.
     pub fn link(&mut self, x: usize, y: usize, d: usize, cost: i32) {
         let pixel = self.index(x, y);
         let other = self.neighbour(pixel, d as u8);
@@ -120,7 +120,7 @@ impl FlowNetwork {
         }
     }
 
-    /// What flow the link between a pixel of a tree and its neighbour still takes, away from the tree's source or
+    /// Flow that the link between a pixel of a tree and its neighbour still takes, away from the tree's source or
     /// towards its sink.
     fn residue(&self, tree: Tree, pixel: usize, direction: u8) -> i32 {
         match tree {

@@ -7,7 +7,7 @@ use imaging::color::unit;
 use imaging::{Encoded, Raster};
 use rayon::prelude::*;
 
-/// How much a border costs where colours do not change (section 2 of the paper).
+/// Cost of a border where colours do not change (section 2 of the paper).
 const GAMMA: f64 = 50.0;
 /// Costs are whole numbers for the cut, so that it is exact.
 const SCALE: f64 = 1024.0;
@@ -18,7 +18,7 @@ const MOST: f64 = 1e4;
 /// Pictures with more pixels are refused: the cut takes about 100 bytes for each.
 const MAX_PIXELS: usize = 1 << 22;
 
-/// What is known of a pixel.
+/// Knowledge about a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     /// It is behind the subject, and stays so.
@@ -73,12 +73,12 @@ pub fn grab_cut(picture: &Encoded, marks: &Raster<Mark>, rounds: usize) -> Resul
     grab_cut_knowing(picture, marks, &Known::default(), rounds)
 }
 
-/// What is known of each pixel besides its mark and its colour.
+/// Knowledge about each pixel besides its mark and its colour.
 #[derive(Clone, Copy, Default)]
 pub struct Known<'a> {
-    /// How much it speaks for the subject, as a logarithm of odds; against it below 0.
+    /// Weight for the subject, as a logarithm of odds; against it below 0.
     pub odds: Option<&'a [f32]>,
-    /// What its colour costs if the background shows there, in place of the cost by the mixture of the background's colours:
+    /// Cost of its colour if the background shows there, in place of the cost by the mixture of the background's colours:
     /// minus the logarithm of its density in codes, but for the constant that [`Mixture::cost`] leaves out.
     pub behind: Option<&'a [f32]>,
 }

@@ -9,7 +9,7 @@ use base::error::{Error, Result};
 use imaging::resample::resize;
 use imaging::{Encoded, Mask, Raster};
 
-/// What is guessed with more certainty than this stays; elsewhere colours and edges decide.
+/// Certainty above which a guess stays; elsewhere colours and edges decide.
 const SURE: f32 = 0.95;
 /// A person fills at least this share of the picture, by what is sure.
 const LEAST: f32 = 0.01;

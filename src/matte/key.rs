@@ -134,7 +134,7 @@ impl Key {
     }
 }
 
-/// Where a picture's pixels split into subject and screen, by the share that they have of the screen's colour difference:
+/// Split of a picture's pixels into subject and screen, by the share that they have of the screen's colour difference:
 /// about 1 on the screen, 0 and below on most subjects.
 struct Cut {
     /// More than half the subject below it, more than half the screen above.
@@ -154,7 +154,7 @@ impl Cut {
     }
 }
 
-/// Which pixels are surely the subject's, and which surely the screen's.
+/// Pixels that are surely the subject's, and pixels that are surely the screen's.
 struct Places {
     core: Vec<bool>,
     screen: Vec<bool>,
@@ -249,7 +249,7 @@ fn solve(mut matrix: [[f64; 6]; 6], mut right: [f64; 6]) -> [f64; 6] {
     right
 }
 
-/// What of a picture is no bar: rows or columns from the border inwards that are black throughout and fill the picture up.
+/// The picture without its bars: rows or columns from the border inwards that are black throughout and fill the picture up.
 pub(super) struct Shown {
     pub columns: Range<usize>,
     pub rows: Range<usize>,

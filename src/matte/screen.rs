@@ -5,7 +5,7 @@ use base::error::{Error, Result};
 use imaging::Encoded;
 use imaging::color::srgb_from_linear;
 
-/// Which primary a screen has.
+/// Primary of a screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hue {
     Green,
@@ -23,7 +23,7 @@ pub struct Key {
     pub border: f32,
     /// Its light.
     pub(super) light: [f32; 3],
-    /// How far its pixels are from its chroma: a robust standard deviation.
+    /// Distance of its pixels from its chroma: a robust standard deviation.
     pub(super) spread: f32,
 }
 
@@ -35,7 +35,7 @@ const LEAST_DIFFERENCE: f32 = 0.15;
 const BINS: usize = 48;
 
 impl Hue {
-    /// What the primary has more than the other channels.
+    /// Excess of the primary over the other channels.
     pub(super) fn difference(self, [r, g, b]: [f32; 3]) -> f32 {
         match self {
             Self::Green => g - r.max(b),

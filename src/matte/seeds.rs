@@ -1,4 +1,4 @@
-//! What a person says of pixels with a brush.
+//! Statements about pixels that a person makes with a brush.
 
 use base::error::{Error, Result};
 use imaging::{Mask, Raster};
@@ -8,7 +8,7 @@ use imaging::{Mask, Raster};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seeds(Mask);
 
-/// Which side of the matte a stroke's pixels are on.
+/// Side of the matte that a stroke's pixels are on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// They belong to the subject.
@@ -38,12 +38,12 @@ impl Seeds {
         &self.0
     }
 
-    /// Whether nothing is known.
+    /// True if nothing is known.
     pub fn is_empty(&self) -> bool {
         self.0.pixels.iter().all(|v| *v == 0.0)
     }
 
-    /// Whether some pixels are sure to be the subject's, and some are sure not to be.
+    /// True if some pixels are sure to be the subject's, and some are sure not to be.
     pub fn hold_both(&self) -> bool {
         [1.0, -1.0].iter().all(|side| self.0.pixels.contains(side))
     }

@@ -13,7 +13,7 @@ const TRUSTED: f32 = 0.5;
 /// Variance of encoded values, as of a camera with little noise: one in a hundred.
 const LEAST_NOISE: f32 = 1e-4;
 
-/// How much a matte differs from the one before, carried along with the picture: the mean of |α(t) − α(t−1)|, in `[0, 1]`, over
+/// Difference of a matte from the one before, carried along with the picture: the mean of |α(t) − α(t−1)|, in `[0, 1]`, over
 /// edge pixels whose motion is known. It is the temporal error of Erofeev et al. 2015 ("Perceptually motivated benchmark for
 /// video matting", MESSDdt) without a truth and not squared. `flow` leads from this frame to the one before. None if nothing
 /// can be compared.

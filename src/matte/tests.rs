@@ -7,7 +7,7 @@ use std::path::Path;
 use test_support::shown;
 use virtual_stage::{StageSettings, write_shoot};
 
-/// What is asked of poses, which have no screen.
+/// Requirement for poses, which have no screen.
 const POSES: (f32, f32) = (0.985, 0.01);
 
 /// Intersection over union, of pixels that are at least half covered, and the mean error of coverage.

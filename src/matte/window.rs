@@ -48,7 +48,7 @@ fn along<const N: usize>(
     (0..width * height).into_par_iter().map(|i| rows[i % height][i / height]).collect()
 }
 
-/// How many places each window holds.
+/// Number of places in each window.
 pub fn counts(size: (usize, usize), radius: usize) -> impl Fn(usize) -> f32 + Sync {
     move |place| {
         let (x, y) = (place % size.0, place / size.0);

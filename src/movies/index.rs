@@ -29,7 +29,7 @@ const MOST_KEPT: usize = 200;
 /// Frames that are handed on at once.
 const PIECE: usize = 512;
 
-/// What tells a movie from another under its name.
+/// Stamp that tells a movie from another under its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stamp {
     pub bytes: u64,
@@ -80,7 +80,7 @@ pub(crate) struct Listed {
 struct State {
     /// Frames that can be read.
     count: u64,
-    /// Whether that is all; or why there are no more.
+    /// End of the list: all frames are known, or the reason that there are no more.
     ended: Option<std::result::Result<(), String>>,
 }
 
@@ -108,7 +108,7 @@ impl Index {
         Ok(Self::Listed(Listed::make(path, info, stamp, kept, tools)?))
     }
 
-    /// How many frames there are. Waits until all are known.
+    /// Number of frames. Waits until all are known.
     ///
     /// # Errors
     /// When the movie cannot be listed.
@@ -157,7 +157,7 @@ impl Index {
     }
 }
 
-/// Where the index of a movie's stream is kept: a name for each path.
+/// Path of the index of a movie's stream: a name for each path.
 fn kept_at(folder: &Path, path: &Path, stream: usize) -> PathBuf {
     let full = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
     // FNV-1a: equal on all machines and versions.
@@ -298,7 +298,7 @@ impl Listed {
     }
 }
 
-/// Where times come from.
+/// Source of the times.
 #[derive(Clone, Copy, PartialEq)]
 enum Times {
     /// The packets' stamps: nothing is decoded.
@@ -413,7 +413,7 @@ impl Sorted {
         Ok(())
     }
 
-    /// What is left at the end.
+    /// Times that are left at the end.
     fn rest(&mut self) -> std::result::Result<Vec<i64>, String> {
         while !self.heap.is_empty() {
             self.pop()?;

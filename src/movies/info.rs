@@ -1,4 +1,4 @@
-//! What a movie's header says, and what that means for its frames.
+//! Content of a movie's header, and its meaning for the frames.
 
 use super::movie::{raw, raw_tag};
 use super::process::{self, Tools};
@@ -8,16 +8,16 @@ use serde::Deserialize;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// What a movie's header says.
+/// Content of a movie's header.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Info {
     /// Columns and rows as shown: rotated, with square pixels.
     pub size: (usize, usize),
     /// Frames per second, on average.
     pub frame_rate: f64,
-    /// Whether frames have an alpha.
+    /// Frames have an alpha.
     pub has_alpha: bool,
-    /// Whether there is sound.
+    /// The movie has sound.
     pub has_sound: bool,
     /// The time code of the first frame, such as `01:00:00:00`; with `;` before the frames if it drops numbers.
     pub time_code: Option<String>,
@@ -25,7 +25,7 @@ pub struct Info {
     pub reel: Option<String>,
     /// The codec's name.
     pub codec: String,
-    /// How frames are decoded and what a person should know of them, in sentences.
+    /// Notes for a person on the frames and their decoding, in sentences.
     pub notes: Vec<String>,
     pub(crate) stream: usize,
     /// Seconds of one unit of time stamps: numerator and denominator.

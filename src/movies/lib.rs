@@ -28,7 +28,7 @@ use imaging::{Encoded, Mask, Raster};
 pub struct Pixels {
     /// Columns and rows.
     pub size: (usize, usize),
-    /// Whether each pixel has an alpha after red, green and blue.
+    /// Each pixel has an alpha after red, green and blue.
     pub has_alpha: bool,
     /// The codes, from 0 to 65535.
     pub codes: Vec<u16>,

@@ -56,12 +56,12 @@ impl Movie {
         })
     }
 
-    /// What its header says.
+    /// Content of its header.
     pub fn info(&self) -> &Info {
         &self.info
     }
 
-    /// How many frames it has. Waits until they are listed.
+    /// Number of frames. Waits until they are listed.
     ///
     /// # Errors
     /// When they cannot be listed, or there are none.
@@ -77,7 +77,7 @@ impl Movie {
         }
     }
 
-    /// How far the times of frames `first` to `last` are from those of `frame_rate` frames per second, in frames: below 1
+    /// Largest distance of the times of frames `first` to `last` from those of `frame_rate` frames per second, in frames: below 1
     /// for a steady rate. Up to two thousand of them are looked at.
     ///
     /// # Errors
@@ -98,7 +98,7 @@ impl Movie {
         Ok(drift)
     }
 
-    /// Whether the file is as it was when it was opened.
+    /// True if the file is as it was when it was opened.
     pub(crate) fn is_current(&self) -> bool {
         Stamp::of(&self.path).is_ok_and(|now| now == self.stamp)
     }
@@ -294,7 +294,7 @@ const RED: &str = "REDCINE-X PRO";
 const BLACKMAGIC: &str = "DaVinci Resolve or Blackmagic RAW Player";
 const ARRI: &str = "the ARRI Reference Tool";
 
-/// Why a camera's raw movie is not read, and what to do.
+/// Error for a camera's raw movie, which cannot be read, with the remedy.
 pub(crate) fn raw(path: &Path, program: &str) -> Error {
     Error::invalid(
         format!("{} is a camera's raw movie, which only its maker's programs read", path.display()),

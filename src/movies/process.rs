@@ -26,7 +26,7 @@ pub struct Tools {
     pub ffprobe: OsString,
     /// The folder of the indices; `None` keeps none.
     pub cache: Option<PathBuf>,
-    /// How long a process may neither read nor write.
+    /// Longest time in which a process may neither read nor write.
     pub patience: Duration,
 }
 
@@ -106,7 +106,7 @@ impl Process {
         words
     }
 
-    /// What arrives, unless the process gives no sign of life for `patience`; `None` once nothing can arrive.
+    /// Next value that arrives, unless the process gives no sign of life for `patience`; `None` once nothing can arrive.
     ///
     /// # Errors
     /// When it is silent: the process is killed.
@@ -135,7 +135,7 @@ impl Process {
         }
     }
 
-    /// Whether it ended well. Waits for its end.
+    /// True if it ended well. Waits for its end.
     pub fn ended_well(&mut self) -> bool {
         self.child.wait().is_ok_and(|status| status.success())
     }
@@ -215,7 +215,7 @@ fn refused(program: &OsStr, e: std::io::Error) -> Error {
     )
 }
 
-/// Whether ffmpeg knows `-fps_mode`, which is new in 5.1, instead of `-vsync`.
+/// True if ffmpeg knows `-fps_mode`, which is new in 5.1, instead of `-vsync`.
 pub(crate) fn knows_fps_mode(tools: &Tools) -> Result<bool> {
     let said = run(&tools.ffmpeg, vec!["-version".into()], tools.patience)?.unwrap_or_default();
     let said = String::from_utf8_lossy(&said);

@@ -139,7 +139,7 @@ impl Reader {
     }
 }
 
-/// What ffmpeg's codes are multiplied by so that white is 65535. Its converter (up to 7.0 at least) gives 255/256 of each code,
+/// Factor for ffmpeg's codes so that white is 65535. Its converter (up to 7.0 at least) gives 255/256 of each code,
 /// so that nothing would ever count as clipped. Measured once.
 ///
 /// # Errors
@@ -173,7 +173,7 @@ fn gain(tools: &Tools) -> Result<f32> {
     Ok(*GAIN.get_or_init(|| gain.unwrap_or(1.0)))
 }
 
-/// How codes are converted.
+/// Flags of the conversion of codes.
 const CONVERT: &str = "flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp";
 
 /// Reads when frames are shown from what ffmpeg's `showinfo` says.

@@ -9,7 +9,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a picture's name may end with.
+/// Extensions of a picture's name.
 const EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "dpx"];
 
 /// A sequence of pictures. Holds names or numbers, no pixels.
@@ -72,13 +72,13 @@ impl Pattern {
     }
 }
 
-/// Whether a name ends as a picture's.
+/// True if a name ends as a picture's.
 fn is_picture(name: &str) -> bool {
     let extension = Path::new(name).extension().unwrap_or_default();
     !name.starts_with('.') && EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-/// Whether an address means a sequence: a pattern, a folder, or one of its files.
+/// True if an address means a sequence: a pattern, a folder, or one of its files.
 pub(crate) fn is_sequence(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.is_dir() || is_picture(&name)
@@ -132,7 +132,7 @@ impl Sequence {
         self.size
     }
 
-    /// Whether the first picture has an alpha.
+    /// True if the first picture has an alpha.
     pub fn has_alpha(&self) -> bool {
         self.has_alpha
     }
@@ -145,7 +145,7 @@ impl Sequence {
         }
     }
 
-    /// How many frames there are from the first to the last.
+    /// Number of frames from the first to the last.
     pub fn count(&self) -> u64 {
         match &self.names {
             Names::Numbered { numbers, .. } => match (numbers.first(), numbers.last()) {
@@ -208,7 +208,7 @@ impl Sequence {
     }
 }
 
-/// Whether an EXR says that it is compressed by a method of OpenEXR 2, or cannot be asked.
+/// True if an EXR says that it is compressed by a method of OpenEXR 2, or cannot be asked.
 fn is_known(path: &Path) -> bool {
     const NAME: &[u8] = b"compression\0compression\0";
     let mut head = Vec::new();

@@ -1,4 +1,4 @@
-//! What an address opens: a movie or a sequence, opened once for the process.
+//! Opening of an address: a movie or a sequence, opened once for the process.
 
 use super::process::Tools;
 use super::sequence::is_sequence;
@@ -24,7 +24,7 @@ const EXTENSIONS: [&str; 16] = [
     "wmv", "3gp", "nut",
 ];
 
-/// Whether a name ends as a movie's, raw ones that cannot be read included.
+/// True if a name ends as a movie's, raw ones that cannot be read included.
 pub fn is_movie(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default();
     let is = |known: &&str| extension.eq_ignore_ascii_case(known);
@@ -94,7 +94,7 @@ impl Source {
         }
     }
 
-    /// Whether frames have an alpha.
+    /// True if frames have an alpha.
     pub fn has_alpha(&self) -> bool {
         match self {
             Self::Movie(movie) => movie.info().has_alpha,
@@ -110,7 +110,7 @@ impl Source {
         }
     }
 
-    /// How many frames there are. Waits until they are listed.
+    /// Number of frames. Waits until they are listed.
     ///
     /// # Errors
     /// When they cannot be listed.
@@ -121,7 +121,7 @@ impl Source {
         }
     }
 
-    /// What a person should know of how it is read, in sentences.
+    /// Notes for a person on how it is read, in sentences.
     pub fn notes(&self) -> Vec<String> {
         match self {
             Self::Movie(movie) => movie.info().notes.clone(),

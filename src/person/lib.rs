@@ -1,4 +1,4 @@
-//! Where a person is in a picture, whatever is behind: MediaPipe's selfie segmentation (general model, 256 × 256,
+//! Place of a person in a picture, whatever is behind: MediaPipe's selfie segmentation (general model, 256 × 256,
 //! Apache-2.0; `assets/person/NOTICE` says where it comes from).
 
 mod network;
@@ -39,7 +39,7 @@ impl Segmenter {
         Ok(Self { network, device })
     }
 
-    /// How likely each pixel shows a person, in `[0, 1]`, for the whole picture squeezed to [`SIDE`] × [`SIDE`] pixels, as
+    /// Probability that each pixel shows a person, in `[0, 1]`, for the whole picture squeezed to [`SIDE`] × [`SIDE`] pixels, as
     /// MediaPipe does. NaN counts as black.
     ///
     /// # Errors

@@ -88,9 +88,9 @@ fn part(panorama: &imaging::Image, (width, height): (usize, usize), turn: usize)
     cut.map(|p| p.map(|v| (v * scale).min(1.0)))
 }
 
-/// What is asked before a screen, in focus or not.
+/// Requirement before a screen, in focus or not.
 const SCREEN: [f32; 2] = [0.985, 0.01];
-/// What is asked before any background.
+/// Requirement before any background.
 const ANY: [f32; 2] = [0.95, 0.02];
 
 fn frame(shoot: &Path, index: usize) -> (Encoded, Mask) {
@@ -190,7 +190,7 @@ fn a_person_is_found_without_screen_or_box() {
         measured: format!("IoU {iou:.3}, mean error {off:.4}"));
 }
 
-/// What `afterlight matte` does with an interview before a grey wall.
+/// Result of `afterlight matte` for an interview before a grey wall.
 #[test]
 fn an_interview_without_a_screen_gets_mattes() {
     let folder = tempfile::tempdir().unwrap();

@@ -8,7 +8,7 @@ use burn::tensor::module::interpolate;
 use burn::tensor::ops::{InterpolateMode, InterpolateOptions};
 use burn::tensor::{Device, Tensor, activation};
 
-/// What follows a convolution.
+/// Activation function after a convolution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Activation {
     Relu,
@@ -54,7 +54,7 @@ fn mean(x: Tensor<4>) -> Tensor<4> {
     x.mean_dim(3).mean_dim(2)
 }
 
-/// How much of each channel passes, from 0 to 1, by all channels' means.
+/// Share of each channel that passes, from 0 to 1, by all channels' means.
 #[derive(Module, Debug)]
 struct Gate {
     reduce: Conv2d,
@@ -153,7 +153,7 @@ impl Stage {
     }
 }
 
-/// What the stages take up again from the way down: the last before each halving. 0 is the stem, 1 the first block.
+/// Layers that the stages take up again from the way down: the last before each halving. 0 is the stem, 1 the first block.
 const TAKEN_UP: [usize; 3] = [3, 1, 0];
 
 /// The whole network.

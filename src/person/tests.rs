@@ -33,7 +33,7 @@ fn drawn() -> Encoded {
     }))
 }
 
-/// What MediaPipe's own package says of [`drawn`] at every eighth pixel from (4, 4): the output of `tests/peers/person.py`.
+/// Result of MediaPipe's own package for [`drawn`] at every eighth pixel from (4, 4): the output of `tests/peers/person.py`.
 const THEIRS: &[u8] = include_bytes!("mediapipe.f32");
 
 fn floats(bytes: &[u8]) -> Vec<f32> {

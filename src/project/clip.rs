@@ -25,14 +25,14 @@ pub struct Clip {
     /// The first frame.
     #[serde(default)]
     pub first: u64,
-    /// How many frames.
+    /// Number of frames.
     pub count: u64,
-    /// Whether its alpha is the matte.
+    /// Its alpha is the matte.
     #[serde(default, skip_serializing_if = "is_false")]
     pub alpha: bool,
 }
 
-/// What is shown in place of an interview frame that cannot be read.
+/// Stand-in for an interview frame that cannot be read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum DamagedFrames {
@@ -46,7 +46,7 @@ pub enum DamagedFrames {
 }
 
 impl DamagedFrames {
-    /// Whether work stops.
+    /// True if work stops.
     pub fn is_stop(&self) -> bool {
         *self == Self::Stop
     }
@@ -58,7 +58,7 @@ impl DamagedFrames {
 pub struct Take {
     /// The movie's file, or the pattern of a sequence's files, relative to the shoot's folder.
     pub movie: PathBuf,
-    /// Whether its alpha is the matte.
+    /// Its alpha is the matte.
     #[serde(default, skip_serializing_if = "is_false")]
     pub alpha: bool,
     /// Frames in which all lamps lit the subject, in the order of time.
@@ -68,7 +68,7 @@ pub struct Take {
     pub lamps: BTreeMap<String, u64>,
 }
 
-/// What of a shoot is frames of movies, beside the interview; the rest are files.
+/// Parts of a shoot that are frames of movies, beside the interview; the rest are files.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Takes {
@@ -98,7 +98,7 @@ fn is_false(value: &bool) -> bool {
 }
 
 impl Takes {
-    /// Whether all are files.
+    /// True if all are files.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
@@ -126,7 +126,7 @@ impl Takes {
 }
 
 impl Frames {
-    /// How many there are.
+    /// Number of frames.
     pub fn len(&self) -> usize {
         match self {
             Self::Named(names) => names.len(),
@@ -134,7 +134,7 @@ impl Frames {
         }
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -14,13 +14,13 @@ pub struct NamedEnvironment {
     pub name: String,
     /// Its path, absolute or relative to the shoot's folder (in its list) or the project's (in its).
     pub file: PathBuf,
-    /// Which way is front in it, in degrees of yaw; `None` until the person has said so.
+    /// Yaw of its front in degrees; `None` until the person has given it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub front: Option<Front>,
 }
 
 impl NamedEnvironment {
-    /// Which way is front: Afterlight's convention unless the person has said otherwise.
+    /// Direction of the front: Afterlight's convention unless the person has said otherwise.
     pub fn front(&self) -> Front {
         self.front.unwrap_or_default()
     }
@@ -35,7 +35,7 @@ pub struct EnvironmentChange {
     /// Set --front for this environment, a name or a file. Can be given several times.
     #[arg(long, value_name = "NAME", requires = "front")]
     pub of: Vec<PathBuf>,
-    /// Which way is front in --add and --of: the convention of a tool (afterlight, openexr, usd, nuke, mitsuba,
+    /// Direction of the front in --add and --of: the convention of a tool (afterlight, openexr, usd, nuke, mitsuba,
     /// threejs, blender), or the yaw in degrees that brings the front to the middle.
     #[arg(long, value_name = "TOOL|DEG", allow_hyphen_values = true)]
     pub front: Option<Front>,
@@ -50,16 +50,16 @@ pub struct KnownEnvironment {
     pub name: String,
     /// Its path, below the project's folder or absolute.
     pub file: PathBuf,
-    /// Which way is front in it, if the person has said so.
+    /// Direction of its front, if the person has given it.
     pub front: Option<Front>,
-    /// Whether a person added it; the others are the shoot's.
+    /// A person added it; the others are the shoot's.
     pub added: bool,
-    /// Whether its file is missing.
+    /// Its file is missing.
     pub missing: bool,
 }
 
 impl KnownEnvironment {
-    /// What is missing, and what to do; `None` if the file exists.
+    /// Message shown if the file is missing, with the remedy; `None` if the file exists.
     pub fn complaint(&self) -> Option<String> {
         self.missing.then(|| {
             format!(

@@ -1,4 +1,4 @@
-//! Which square of a shoot's pictures is used.
+//! Square of a shoot's pictures that is used.
 
 use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -14,12 +14,12 @@ pub struct Framing {
     pub y: i32,
     /// The square's side in pixels.
     pub side: usize,
-    /// What is shown beyond the pictures' edges. The matte is always empty there.
+    /// Fill beyond the pictures' edges. The matte is always empty there.
     #[serde(default)]
     pub padding: Padding,
 }
 
-/// What a picture shows beyond its edges.
+/// Fill of a picture beyond its edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Padding {
@@ -141,7 +141,7 @@ impl Framings {
         }
     }
 
-    /// Whether nothing was chosen.
+    /// True if nothing was chosen.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

@@ -50,7 +50,7 @@ pub const FORMAT: u32 = 1;
 pub struct Project {
     /// The project's folder.
     pub root: PathBuf,
-    /// Where calibration, network and logs are, if not in [`Self::root`]: of a [variant](Self::variant).
+    /// Folder of calibration, network and logs, if not [`Self::root`]: that of a [variant](Self::variant).
     pub results: Option<PathBuf>,
     /// The contents of `project.toml`.
     pub settings: Settings,
@@ -70,13 +70,13 @@ pub struct Settings {
     /// The OpenColorIO configuration: relative to the project's folder, absolute, or a built-in one such as `ocio://default`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub color_config: Option<PathBuf>,
-    /// Where the pictures are.
+    /// Place of the pictures.
     pub shoot: Shoot,
     /// Environments that a person added. Files below the project's or the shoot's folder are relative to the
     /// project's, others absolute.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub environments: Vec<NamedEnvironment>,
-    /// Which square of the subject's pictures is used; photographs of mirror balls are used whole.
+    /// Square of the subject's pictures that is used; photographs of mirror balls are used whole.
     #[serde(default, skip_serializing_if = "Framings::is_empty")]
     pub framing: Framings,
 }
@@ -215,7 +215,7 @@ impl Project {
         Ok(made)
     }
 
-    /// Where the project's OpenColorIO configuration is, or the name of a built-in one. None if it has none.
+    /// Path of the project's OpenColorIO configuration, or the name of a built-in one. None if it has none.
     pub fn color_config(&self) -> Option<PathBuf> {
         let config = self.settings.color_config.as_ref()?;
         Some(if is_built_in(config) { config.clone() } else { self.root.join(config) })
@@ -371,17 +371,17 @@ impl Project {
         self.root.join(&self.settings.shoot.folder).join(inside)
     }
 
-    /// Where the calibration is kept.
+    /// Path of the calibration.
     pub fn calibration_path(&self) -> PathBuf {
         self.result_path("calibration.toml")
     }
 
-    /// Where a review's figures are kept.
+    /// Path of a review's figures.
     pub fn measured_path(&self) -> PathBuf {
         self.result_path("measured.json")
     }
 
-    /// Where a reviewer's marks are kept.
+    /// Path of a reviewer's marks.
     pub fn marks_path(&self) -> PathBuf {
         self.root.join("review.toml")
     }
@@ -406,7 +406,7 @@ pub fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
     Ok(up.chain(to.components().skip(shared)).collect())
 }
 
-/// Whether a configuration is one that OpenColorIO itself holds.
+/// True if OpenColorIO itself holds the configuration.
 fn is_built_in(config: &Path) -> bool {
     config.to_str().is_some_and(|name| name.starts_with("ocio://"))
 }

@@ -72,7 +72,7 @@ pub(super) fn wait_for(folder: &File, root: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Who holds the lock, if it can be read: some systems lock the file's contents too.
+/// Holder of the lock, if it can be read: some systems lock the file's contents too.
 fn holder(file: &mut File) -> String {
     let mut text = String::new();
     let read = file.take(400).read_to_string(&mut text);

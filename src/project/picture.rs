@@ -1,4 +1,4 @@
-//! Where a picture is: a file of its own, or one frame of a movie.
+//! Place of a picture: a file of its own, or one frame of a movie.
 
 use std::fmt;
 use std::path::{Path, PathBuf};

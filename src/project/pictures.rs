@@ -1,10 +1,10 @@
-//! Where a project's pictures and mattes are.
+//! Places of a project's pictures and mattes.
 
 use super::{Frames, Matte, Picture, Project, SecondBall};
 use std::path::{Path, PathBuf};
 
 impl Picture {
-    /// Whether its file is there; of a sequence, whether its folder is.
+    /// True if its file is there; for a sequence, if its folder is.
     pub(super) fn is_there(&self) -> bool {
         let file = self.file();
         let is_movie = matches!(self, Self::Movie { .. });
@@ -12,7 +12,7 @@ impl Picture {
     }
 }
 
-/// Where a shoot has the mattes of its interview.
+/// Folder of a shoot with the mattes of its interview.
 const INTERVIEW_MATTES: &str = "interview_masks";
 
 impl Project {
@@ -68,13 +68,13 @@ impl Project {
         self.grey(shoots, own, is_clip)
     }
 
-    /// Where the project keeps a matte of pose `pose`, if the shoot has none.
+    /// Path of the project's own matte of pose `pose`, if the shoot has none.
     pub fn exemplar_matte_path(&self, pose: usize) -> PathBuf {
         let name = &self.settings.shoot.poses[pose];
         self.root.join(format!("mattes/exemplars/{name}.png"))
     }
 
-    /// Where the project keeps a matte of interview frame `frame`, if the shoot has none.
+    /// Path of the project's own matte of interview frame `frame`, if the shoot has none.
     pub fn frame_matte_path(&self, frame: usize) -> PathBuf {
         let name = self.settings.shoot.frames.name(frame);
         self.root.join(format!("mattes/interview/{name}.png"))

@@ -1,4 +1,4 @@
-//! What a shoot's folder holds, and its mirror balls.
+//! Contents of a shoot's folder, and its mirror balls.
 
 use super::{DamagedFrames, Frames, NamedEnvironment, Takes};
 use base::error::{Error, Result};
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-/// What a shoot folder holds, found once at import.
+/// Contents of a shoot folder, found once at import.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shoot {
     /// The shoot's folder, relative to the project's.
@@ -26,13 +26,13 @@ pub struct Shoot {
     pub other_lamps: Vec<String>,
     /// The interview's frames.
     pub frames: Frames,
-    /// What is shown in place of a frame that cannot be read.
+    /// Stand-in for a frame that cannot be read.
     #[serde(default, skip_serializing_if = "DamagedFrames::is_stop")]
     pub damaged_frames: DamagedFrames,
     /// Poses and mirror balls that are frames of movies.
     #[serde(default, skip_serializing_if = "Takes::is_empty")]
     pub takes: Takes,
-    /// How the mirror balls were photographed.
+    /// Photography of the mirror balls.
     pub ball: Ball,
     /// A second mirror ball under the same lamps; `None` if there is one ball.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -65,10 +65,10 @@ pub struct Ball {
 pub struct SecondBall {
     /// The folder of its photographs within the shoot, named as those of the first: `probes` if they show both balls.
     pub folder: PathBuf,
-    /// How it was photographed.
+    /// Photography of the ball.
     pub ball: Ball,
-    /// Where the first ball's centre is and where this one's, in metres from the subject (right, up, towards the
-    /// camera); `None` if that is unknown.
+    /// Positions of the first ball's centre and of this one's, in metres from the subject (right, up, towards the camera);
+    /// `None` if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub positions_m: Option<[Vec3; 2]>,
 }
@@ -84,12 +84,12 @@ impl Ball {
         Self::far([0.0; 2], 0.0)
     }
 
-    /// Whether it is known where the ball is in its photographs.
+    /// True if the ball's place in its photographs is known.
     pub fn has_circle(&self) -> bool {
         self.radius_px != 0.0
     }
 
-    /// Whether sizes and distances are unknown: see [`Self::far`].
+    /// True if sizes and distances are unknown: see [`Self::far`].
     pub fn is_far(&self) -> bool {
         let far = Self::unknown();
         (self.radius_m, self.camera_distance_m) == (far.radius_m, far.camera_distance_m)
@@ -178,7 +178,7 @@ impl Shoot {
         Err(Error::invalid(problem, CORRECT))
     }
 
-    /// Where the centres of two mirror balls stood, in metres from the subject; `None` if there is one ball, or
+    /// Positions of the centres of two mirror balls, in metres from the subject; `None` if there is one ball, or
     /// positions or sizes are unknown.
     pub fn ball_positions_m(&self) -> Option<[Vec3; 2]> {
         let second = self.second_ball.as_ref()?;

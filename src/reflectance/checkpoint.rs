@@ -21,14 +21,14 @@ use std::path::Path;
 
 const REMEDY: (&str, &str) = ("Train again", "afterlight train PROJECT --fresh");
 
-/// What `checkpoint.toml` holds besides the names of the weight files.
+/// Content of `checkpoint.toml` besides the names of the weight files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CheckpointInfo {
     /// Optimiser steps made.
     pub step: u64,
     /// Seconds of training so far.
     pub seconds: f64,
-    /// What an output of 1 stands for, in linear units (of the ratio, if that is learnt).
+    /// Value of an output of 1, in linear units (of the ratio, if that is learnt).
     pub scale: f32,
     /// Interview frames that training has used.
     pub training_frames: Vec<usize>,
@@ -180,8 +180,8 @@ pub fn link(from: &Path, to: &Path) -> Result<()> {
     save_table(to, table)
 }
 
-/// Whether the checkpoint in `folder` has an optimiser's state, so that training continues as if it had not
-/// stopped. A packed one has none.
+/// True if the checkpoint in `folder` has an optimiser's state, so that training continues as if it had not stopped. A packed
+/// one has none.
 pub fn has_optimizer(folder: &Path) -> Result<bool> {
     Ok(table(folder)?.optimizer.is_some())
 }
@@ -205,8 +205,8 @@ fn remove_unnamed(folder: &Path, mut table: Table) {
     }
 }
 
-/// Whether this is a name that this program gives weight files, such as `live-0001200-2.bpk`. What else is in the folder
-/// is a person's.
+/// True if this is a name that this program gives weight files, such as `live-0001200-2.bpk`. All else in the folder is a
+/// person's.
 fn is_ours(name: &str) -> bool {
     let Some(stem) = name.strip_suffix(".bpk") else {
         return false;
@@ -278,8 +278,8 @@ pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
     })
 }
 
-/// What `read` makes of the folder's table and its files. A training in another process may replace both meanwhile: then
-/// the new ones are read.
+/// Result of `read` for the folder's table and its files. A training in another process may replace both meanwhile: then the
+/// new ones are read.
 fn read_whole<T>(folder: &Path, read: impl Fn(&Table) -> Result<T>) -> Result<T> {
     let mut found = table(folder)?;
     loop {

@@ -64,7 +64,7 @@ impl LampBasis {
         self.components.len()
     }
 
-    /// Whether there are no lamps.
+    /// True if there are no lamps.
     pub fn is_empty(&self) -> bool {
         self.components.is_empty()
     }

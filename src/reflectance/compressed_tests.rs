@@ -1,4 +1,4 @@
-//! What a compressed field keeps, and what it does with hard ones.
+//! Tests of a compressed field: the detail that it keeps, and hard fields.
 
 use super::*;
 

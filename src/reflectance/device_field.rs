@@ -32,7 +32,7 @@ pub struct FieldBuffer {
     buffer: Buffer,
 }
 
-/// How a field is stored in its buffer.
+/// Storage of a field in its buffer.
 #[derive(Debug)]
 pub enum FieldFormat {
     /// In f32 as [`ReflectanceField::values`].
@@ -96,7 +96,7 @@ impl DeviceField {
         Self::finished(self.olats * scale)
     }
 
-    /// Whether the network runs on the CPU.
+    /// True if the network runs on the CPU.
     pub fn is_in_memory(&self) -> bool {
         self.olats.device() == Device::flex()
     }
@@ -188,12 +188,12 @@ impl FieldBuffer {
         }
     }
 
-    /// How the field lies in its buffer.
+    /// Layout of the field in its buffer.
     pub fn format(&self) -> &FieldFormat {
         &self.format
     }
 
-    /// What the OLATs take of the GPU's memory.
+    /// Bytes of the OLATs in the GPU's memory.
     pub fn bytes(&self) -> usize {
         let pixels = self.width * self.height;
         match &self.format {
@@ -203,7 +203,7 @@ impl FieldBuffer {
         }
     }
 
-    /// What a compute pass binds.
+    /// Binding for a compute pass.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
         match &self.buffer {
             Buffer::Predicted(resource) => resource.resource().as_wgpu_bind_resource(),

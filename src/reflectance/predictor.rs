@@ -16,13 +16,13 @@ use std::path::Path;
 /// A network on a device, ready to predict.
 pub struct Predictor {
     network: UNet,
-    /// Whether the network computes in f16.
+    /// The network computes in f16.
     half: bool,
     info: CheckpointInfo,
     device: Device,
 }
 
-/// What an encoder makes of a picture: `[channels, side, side]`.
+/// An encoder's features of a picture: `[channels, side, side]`.
 pub struct Features {
     pub channels: usize,
     pub side: usize,
@@ -64,7 +64,7 @@ impl Predictor {
         &self.info
     }
 
-    /// What the network's encoder makes of a frame, as small as it can be with at least `side` values on each side.
+    /// Features of a frame from the network's encoder, as small as they can be with at least `side` values on each side.
     ///
     /// # Errors
     /// When the device fails.
@@ -122,7 +122,7 @@ impl Predictor {
     }
 }
 
-/// Whether a network of half precision predicts in f16 on this device: on a GPU whose shaders have it.
+/// True if a network of half precision predicts in f16 on this device: on a GPU whose shaders have it.
 pub fn predicts_in_half(device: &Device) -> bool {
     *device != Device::flex() && device.supports_dtype(DType::F16)
 }

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 /// The slope of the encoder's leaky ReLU below zero.
 const LEAK: f32 = 0.2;
 
-/// What shapes a [`UNet`]; two networks with equal configurations can exchange weights.
+/// Shape of a [`UNet`]; two networks with equal configurations can exchange weights.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UNetConfig {
     /// Width and height of input and output in pixels, a power of two.
@@ -26,19 +26,19 @@ pub struct UNetConfig {
     pub width: usize,
     /// … up to this many.
     pub most_channels: usize,
-    /// What follows the encoder's convolutions.
+    /// Normalisation after the encoder's convolutions.
     pub normalization: Normalization,
     /// Whose statistics batch normalisation uses when predicting.
     #[serde(default)]
     pub statistics: Statistics,
-    /// What the sigmoid's output stands for.
+    /// Meaning of the sigmoid's output.
     pub formulation: Formulation,
     /// Precision of convolutions on a CPU; `half` also predicts in f16 on a GPU.
     #[serde(default)]
     pub precision: Precision,
 }
 
-/// What follows a convolution of the encoder.
+/// Normalisation after a convolution of the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Normalization {
@@ -63,7 +63,7 @@ pub enum Statistics {
     Running,
 }
 
-/// What the sigmoid's output s ∈ (0, 1) stands for.
+/// Meaning of the sigmoid's output s ∈ (0, 1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Formulation {
@@ -93,7 +93,7 @@ impl UNetConfig {
         (self.width << block).min(self.most_channels.max(self.width))
     }
 
-    /// What the network costs, from its shape.
+    /// Cost of the network, from its shape.
     pub fn cost(&self) -> Cost {
         let mut cost = Cost::default();
         let mut channels = 3;
@@ -126,7 +126,7 @@ impl UNetConfig {
         cost
     }
 
-    /// What follows the convolution of this block of the encoder.
+    /// Normalisation after the convolution of this block of the encoder.
     fn normalized(&self, block: usize) -> Normalization {
         let pixels = self.size >> block;
         match self.normalization {
@@ -137,7 +137,7 @@ impl UNetConfig {
         }
     }
 
-    /// Where it differs from the one that was `asked` for, in the words of `checkpoint.toml`.
+    /// Differences from the one that was `asked` for, in the words of `checkpoint.toml`.
     pub fn differences(&self, asked: &Self) -> String {
         let table = |config: &Self| toml::Table::try_from(config).unwrap_or_default();
         let (here, asked) = (table(self), table(asked));
@@ -227,7 +227,7 @@ impl UNetConfig {
     }
 }
 
-/// What a network costs for one picture.
+/// Cost of a network for one picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     pub parameters: u64,
@@ -287,7 +287,8 @@ impl UNet {
         self.forward_lamps(plate, None)
     }
 
-    /// What the encoder makes of plates `[n, 3, size, size]` up to and with block `block`: `[n, channels, size / 2^block, …]`.
+    /// Features of plates `[n, 3, size, size]` up to and with block `block` of the encoder: `[n, channels, size / 2^block,
+    /// …]`.
     pub fn encoded(&self, plate: Tensor<4>, block: usize) -> Tensor<4> {
         let mut x = plate;
         for (i, block) in self.encoder.iter().take(block + 1).enumerate() {
@@ -330,8 +331,8 @@ impl UNet {
 }
 
 impl UNet {
-    /// What batch normalisation knows of the pictures so far, `[channels]` each: running means and variances, which
-    /// every pass of training changes. Empty without batch normalisation.
+    /// Batch normalisation's statistics of the pictures so far, `[channels]` each: running means and variances, which every
+    /// pass of training changes. Empty without batch normalisation.
     pub fn running_statistics(&self) -> Vec<Tensor<1>> {
         let values = self.running().map(|running| running.value_sync());
         values.collect()
@@ -380,7 +381,7 @@ impl ModuleVisitor for Finite {
 }
 
 impl UNet {
-    /// Whether all parameters are finite.
+    /// True if all parameters are finite.
     pub fn is_finite(&self) -> bool {
         let mut finite = Finite(true);
         self.visit(&mut finite);

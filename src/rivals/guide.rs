@@ -1,6 +1,6 @@
-//! Where a pixel is on the subject, as a colour: a mixture of Gaussians of random colours, as Texler et al. give it to
-//! their network beside the picture. Theirs are carried along by a deformation from the keyframe; these are laid over the
-//! matte's centre and extent, in keyframe and frame alike.
+//! Place of a pixel on the subject, as a colour: a mixture of Gaussians of random colours, as Texler et al. give it to their
+//! network beside the picture. Theirs are carried along by a deformation from the keyframe; these are laid over the matte's
+//! centre and extent, in keyframe and frame alike.
 
 use super::learner::draw;
 use imaging::{Image, Mask};

@@ -17,7 +17,7 @@ use training::{Adam, Preset, TrainingConfig, blend, clip};
 /// This many skipped steps in a row end a run.
 const MOST_BAD_STEPS: u32 = 3;
 
-/// How long a method may learn.
+/// Limits of a method's learning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
     /// Minutes of learning if nothing slows it down; reading pictures does not count, as it does not for the network.
@@ -28,11 +28,11 @@ pub struct Effort {
     pub seed: u64,
 }
 
-/// What learning took.
+/// Cost of learning.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spent {
     pub steps: u64,
-    /// What the steps take if nothing slows them down.
+    /// Seconds of the steps if nothing slows them down.
     pub seconds: f64,
 }
 

@@ -12,7 +12,7 @@ const STEP_DEG: usize = 15;
 /// Lamps that a lobe of light is spread over.
 const MOST_LOBES: usize = 3;
 
-/// What lights are drawn from.
+/// Source of random lights.
 pub struct Lights {
     /// Weights under the built-in environments, at many yaws.
     environments: Vec<Vec<[f32; 3]>>,

@@ -50,7 +50,7 @@ struct Keyframe {
     mask: Tensor<4>,
     /// Encoded, `[looks, 3, h, w]`.
     looks: Tensor<4>,
-    /// Where patches may be centred.
+    /// Pixels at which patches may be centred.
     subject: Vec<usize>,
 }
 

@@ -40,7 +40,7 @@ pub struct Portrait {
     network: PortraitNetwork,
     /// The poses' means under each lamp.
     levels: Vec<[f32; 3]>,
-    /// What an output of 1 stands for, in a light whose total is 1.
+    /// Value of an output of 1, in a light whose total is 1.
     scale: f32,
     device: Device,
     pub spent: Spent,
@@ -82,7 +82,7 @@ impl Portrait {
         Ok(Self { network, levels: learner.levels, scale, device: device.clone(), spent })
     }
 
-    /// How many lamps a light has.
+    /// Number of a light's lamps.
     pub fn lamps(&self) -> usize {
         self.levels.len()
     }
@@ -141,7 +141,7 @@ impl Portrait {
     }
 }
 
-/// What a step learns from.
+/// Input of a step's learning.
 struct Learner {
     poses: Vec<PoseTensors>,
     /// The sum of each pose's plate over the subject.

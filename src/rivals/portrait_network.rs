@@ -40,7 +40,7 @@ struct Block {
     norm: Option<GroupNorm>,
 }
 
-/// What the encoder made of a picture.
+/// The encoder's features of a picture.
 pub struct Encoding {
     bottleneck: Tensor<4>,
     /// From full resolution down.

@@ -1,4 +1,4 @@
-//! What the methods learn from: the poses of the OLAT session, as the network's training has them.
+//! Input of the methods' learning: the poses of the OLAT session, as the network's training has them.
 
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -65,7 +65,7 @@ impl Poses {
         Ok(Self { poses, rig: calibration.rig.clone(), interview: calibration.learnt_light() })
     }
 
-    /// How many lamps there are.
+    /// Number of lamps.
     pub fn lamps(&self) -> usize {
         self.poses[0].olats.len()
     }
@@ -140,7 +140,7 @@ impl PoseTensors {
     }
 }
 
-/// What a network is given: the encoded plate, cut out.
+/// Input of a network: the encoded plate, cut out.
 pub fn input(plate: Tensor<4>, mask: &Tensor<4>) -> Tensor<4> {
     encode(plate) * mask.clone()
 }

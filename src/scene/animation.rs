@@ -36,7 +36,7 @@ impl Animation {
         self.lanes.iter().map(|(setting, keys)| (*setting, keys))
     }
 
-    /// Whether nothing has keys.
+    /// True if nothing has keys.
     pub fn is_empty(&self) -> bool {
         self.lanes.is_empty()
     }

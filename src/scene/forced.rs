@@ -4,13 +4,13 @@ use super::Pass;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What is forced, by pass: `true` to run it, `false` to skip it. In files a table by the passes' names.
+/// Forced passes: `true` to run one, `false` to skip it. In files a table by the passes' names.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "BTreeMap<Pass, bool>", into = "BTreeMap<Pass, bool>")]
 pub struct Forced([Option<bool>; Pass::ALL.len()]);
 
 impl Forced {
-    /// What a pass is forced to do; None if the scene decides.
+    /// Forced state of a pass; None if the scene decides.
     pub fn get(self, pass: Pass) -> Option<bool> {
         self.0[pass as usize]
     }
@@ -21,7 +21,7 @@ impl Forced {
         self
     }
 
-    /// How many passes are forced.
+    /// Number of forced passes.
     pub fn count(self) -> usize {
         self.0.iter().flatten().count()
     }

@@ -18,26 +18,26 @@ use serde::{Deserialize, Serialize};
 /// Range of the exposure in stops: beyond it a display shows nothing but black or white.
 pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
-/// What one relit picture asks for, apart from the pixels themselves.
+/// Settings of one relit picture, apart from the pixels themselves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// Interview frame, from 0.
     pub frame: usize,
     /// Yaw of the environment in degrees; positive moves its content to camera-right in front.
     pub yaw_deg: f32,
-    /// What else is done to the environment's light.
+    /// Further changes to the environment's light.
     #[serde(default)]
     pub lighting: Lighting,
     /// Exposure of the picture in stops.
     pub exposure_stops: f32,
-    /// What is behind the subject.
+    /// Background behind the subject.
     pub background: Background,
-    /// What becomes of the picture.
+    /// Output form of the picture.
     pub output: Output,
-    /// What else is done to it; nothing unless asked for.
+    /// Further changes to it; nothing unless asked for.
     #[serde(default)]
     pub effects: Effects,
-    /// How it is looked at; no export has any of it.
+    /// Settings for looking at it; exports have none of them.
     #[serde(default, skip_serializing_if = "Viewing::is_neutral")]
     pub viewing: Viewing,
 }
@@ -49,7 +49,7 @@ impl Scene {
     }
 }
 
-/// What is behind the subject.
+/// Background behind the subject.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Background {
     /// The environment, as the interview's camera would see it.
@@ -59,7 +59,7 @@ pub enum Background {
     None,
 }
 
-/// What becomes of the picture.
+/// Output form of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Output {
     /// 8 bits, sRGB-encoded: a window, a PNG, a movie.
@@ -69,7 +69,7 @@ pub enum Output {
     Linear,
 }
 
-/// How linear light becomes codes of a display.
+/// Conversion of linear light to codes of a display.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
 )]
@@ -84,7 +84,7 @@ pub enum ViewTransform {
     Aces,
 }
 
-/// What a display shows in place of the picture.
+/// View that a display shows in place of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Inspection {

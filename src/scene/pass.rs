@@ -32,7 +32,7 @@ macro_rules! passes {
                 }
             }
 
-            /// What people call it.
+            /// Label for people to read.
             pub fn label(self) -> &'static str {
                 match self {
                     $(Self::$pass => $label,)*
@@ -59,7 +59,7 @@ macro_rules! passes {
             /// The view transform: how light becomes display codes.
             #[arg(long, value_enum, default_value_t)]
             pub view: ViewTransform,
-            /// What is shown in place of the picture itself.
+            /// View that is shown in place of the picture itself.
             #[arg(skip)]
             pub inspection: Inspection,
             /// Passes that run, or are skipped, whatever the picture calls for.
@@ -132,9 +132,9 @@ passes! {
 #[derive(Clone, Copy, Debug)]
 pub struct Strength {
     pub pass: Pass,
-    /// What a panel calls it.
+    /// Label on a panel.
     pub label: &'static str,
-    /// What it does, for a hint and for `--help`.
+    /// Its effect, for a hint and for `--help`.
     pub hint: &'static str,
     /// The largest value; the smallest is 0, which asks for nothing.
     pub most: f32,
@@ -168,7 +168,7 @@ impl Effects {
         strength.map_or(0.0, |strength| *(strength.of)(&mut self))
     }
 
-    /// Whether a pass that has a strength is asked for: by the strength, or because it is forced to run and not
+    /// True if a pass that has a strength is asked for: by the strength, or because it is forced to run and not
     /// forced off.
     pub fn asks(&self, pass: Pass) -> bool {
         let forced = self.forced.get(pass);

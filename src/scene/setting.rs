@@ -40,7 +40,7 @@ pub enum LightSetting {
     Blue,
 }
 
-/// What a setting is measured in: keys can be copied between settings of one unit.
+/// Unit of a setting: keys can be copied between settings of one unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     Degrees,
@@ -55,7 +55,7 @@ pub enum Unit {
     Channel,
 }
 
-/// Where the settings are that can have keys.
+/// Places of the settings that can have keys.
 pub struct Animated<'a> {
     pub yaw_deg: &'a mut f32,
     pub exposure_stops: &'a mut f32,
@@ -94,7 +94,7 @@ impl LightSetting {
 }
 
 impl Unit {
-    /// What stands behind a number.
+    /// Suffix after a number.
     pub fn suffix(self) -> &'static str {
         match self {
             Self::Degrees => "°",
@@ -145,7 +145,7 @@ impl Unit {
 }
 
 impl Setting {
-    /// What it is called in the window.
+    /// Name in the window.
     pub fn title(self, lighting: &Lighting) -> String {
         match self {
             Self::Effect(pass) => strength(pass).map_or("", |strength| strength.label).into(),
@@ -167,7 +167,7 @@ impl Setting {
         found.map_or(("", ""), |(_, name, title)| (name, title))
     }
 
-    /// What it is measured in.
+    /// Its unit.
     pub fn unit(self) -> Unit {
         match self {
             Self::Yaw | Self::Pitch | Self::Roll | Self::BackgroundYaw => Unit::Degrees,
@@ -183,7 +183,7 @@ impl Setting {
         }
     }
 
-    /// What it may be. Angles may turn around many times.
+    /// Allowed values. Angles may turn around many times.
     pub fn range(self) -> RangeInclusive<f32> {
         match self {
             Self::Yaw | Self::Pitch | Self::Roll | Self::BackgroundYaw => ANGLES,
@@ -239,7 +239,7 @@ impl Setting {
         })
     }
 
-    /// Whether there is such a setting under this lighting.
+    /// True if there is such a setting under this lighting.
     pub fn exists(self, lighting: &Lighting) -> bool {
         match self {
             Self::Light(id, _) => index(id, lighting).is_some(),

@@ -1,4 +1,5 @@
-//! How a person looks at a picture on the display: brighter, lifted, or through another tone curve. Nothing of it is exported.
+//! Changes to a picture for a person who looks at it on the display: brighter, lifted, or through another tone curve.
+//! Nothing of it is exported.
 
 use super::ViewTransform;
 use imaging::DisplayTable;
@@ -9,7 +10,7 @@ use std::sync::Arc;
 /// Range of the viewing gamma.
 pub const GAMMA: RangeInclusive<f32> = 0.2..=5.0;
 
-/// What is done to a picture for looking at it, right before its tone curve.
+/// Changes to a picture for looking at it, right before its tone curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Viewing {
@@ -31,7 +32,7 @@ impl Default for Viewing {
 }
 
 impl Viewing {
-    /// Whether the picture is shown as it is exported.
+    /// True if the picture is shown as it is exported.
     pub fn is_neutral(&self) -> bool {
         *self == Self::default()
     }
@@ -50,7 +51,7 @@ impl Viewing {
         }
     }
 
-    /// What linear light is multiplied by, and the power that it is raised to then; both 1 if neither changes anything.
+    /// Factor on linear light, and the power that it is raised to then; both 1 if neither changes anything.
     pub fn factor_and_power(&self) -> [f32; 2] {
         let Self { exposure_stops, gamma, .. } =
             Self { exposure_stops: self.exposure_stops, gamma: self.gamma, ..Self::default() }

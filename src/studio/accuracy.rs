@@ -1,4 +1,4 @@
-//! What the window knows of what accuracy costs. A thread of its own reads what was measured.
+//! The window's knowledge of the cost of accuracy. A thread of its own reads the measurements.
 
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use project::Project;
@@ -9,7 +9,7 @@ use tradeoff::Ledger;
 use worker::LadderThread;
 use worker::background::drop_later;
 
-/// How often the ladder is read again while rungs are measured.
+/// Interval between reads of the ladder while rungs are measured.
 const AGAIN: Duration = Duration::from_secs(2);
 /// The picture of the truth.
 pub const TRUTH: &str = "truth.png";
@@ -17,11 +17,11 @@ pub const TRUTH: &str = "truth.png";
 /// The thread's answers; it starts when it is first needed.
 #[derive(Default)]
 pub struct Accuracy {
-    /// What was measured, or why it cannot be read; None before it is known, and inside before anything was measured.
+    /// The measurements, or the reason they cannot be read; None before they are known, and inside before anything was measured.
     pub ledger: Option<Result<Option<Arc<Ledger>>, String>>,
     /// Pictures of rungs by their files.
     pub pictures: BTreeMap<String, TextureHandle>,
-    /// Why there are none.
+    /// Reason for missing pictures.
     pub failure: Option<String>,
     thread: Option<LadderThread>,
     /// When the ladder was asked for last.
@@ -87,7 +87,7 @@ impl Accuracy {
         }
     }
 
-    /// What was measured, if anything was.
+    /// The measurements, if anything was measured.
     pub fn measured(&self) -> Option<&Arc<Ledger>> {
         self.ledger.as_ref()?.as_ref().ok()?.as_ref()
     }

@@ -86,22 +86,22 @@ pub struct StudioApp {
     view: WindowView,
     /// The panes that were drawn last.
     shown: Vec<Pane>,
-    /// Where the project goes when the window can no longer be drawn.
+    /// Place for the project when the window can no longer be drawn.
     handover: Option<ProjectHandover>,
 }
 
-/// Whether a person who went elsewhere wants to know of it: work that is over, or waits for them.
+/// True if a person who went elsewhere wants to know of it: work that is over, or waits for them.
 fn needs_a_look(event: &Event) -> bool {
     matches!(event, Event::Finished { .. } | Event::Exported(_) | Event::Report(Report::Blocked(_)))
 }
 
-/// Whether a key or a button of the pointer was pressed since the last frame.
+/// True if a key or a button of the pointer was pressed since the last frame.
 fn is_pressed(input: &InputState) -> bool {
     let key = |event: &egui::Event| matches!(event, egui::Event::Key { pressed: true, .. });
     input.pointer.any_pressed() || input.events.iter().any(key)
 }
 
-/// What keys do while something covers the window: it is closed.
+/// Effect of keys while something covers the window: it is closed.
 fn closing_keys(state: &State) -> Vec<WindowCommand> {
     let keys = state.keys.then_some(WindowCommand::ToggleKeys);
     keys.into_iter().chain([WindowCommand::Dismiss]).collect()
@@ -197,7 +197,7 @@ impl StudioApp {
         &self.state
     }
 
-    /// What can be done, what runs and what went wrong.
+    /// Possible actions, the running job and failures.
     pub fn status(&self) -> &Status {
         &self.status
     }
@@ -217,22 +217,22 @@ impl StudioApp {
         self.readers.inspector.texel()
     }
 
-    /// What is known of the calibration.
+    /// The window's knowledge of the calibration.
     pub fn analysis(&self) -> &CalibrationAnalysis {
         &self.readers.analysis
     }
 
-    /// What is known of the network's quality.
+    /// The window's knowledge of the network's quality.
     pub fn review(&self) -> &NetworkReview {
         &self.readers.review
     }
 
-    /// How far the project can be trusted.
+    /// Degree of trust in the project.
     pub fn check(&self) -> &ProjectCheck {
         &self.readers.check
     }
 
-    /// What is known of the network's training.
+    /// The window's knowledge of the network's training.
     pub fn training(&self) -> &Training {
         &self.readers.training
     }

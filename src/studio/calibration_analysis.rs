@@ -1,4 +1,4 @@
-//! What the window knows of the calibration. A thread of its own finds it out.
+//! The window's knowledge of the calibration. A thread of its own finds it out.
 
 use super::layout::Pane;
 use super::state::State;
@@ -11,9 +11,9 @@ use worker::{CalibrationRequest, CalibrationThread, GammaView, ProbeView};
 /// The thread's answers; it starts when it is first needed.
 #[derive(Default)]
 pub struct CalibrationAnalysis {
-    /// What the mirror balls show, or why they cannot be read.
+    /// Study of the mirror balls, or the reason they cannot be read.
     pub probe: Option<Result<Arc<ProbeView>, String>>,
-    /// How well the tried response fits, or why that is unknown.
+    /// Fit of the tried response, or the reason it is unknown.
     pub gamma: Option<Result<Arc<GammaView>, String>>,
     thread: Option<CalibrationThread>,
     /// The last question.

@@ -10,25 +10,25 @@ use project::Project;
 use std::sync::Arc;
 use worker::Lookup;
 
-/// What a configuration offers, and the view that was asked for as a table.
+/// Names in a configuration, and the view that was asked for as a table.
 type Answer = (Arc<ConfigNames>, Option<Arc<DisplayTable>>);
 
-/// What is known of the configuration, and the thread that reads it.
+/// The window's knowledge of the configuration, and the thread that reads it.
 #[derive(Default)]
 pub struct ColorViews {
     lookup: Option<Lookup<ColorChoice, Answer>>,
     asked: Option<ColorChoice>,
-    /// What it offers, or why it cannot be read; None until that is known, and without a configuration.
+    /// Names in it, or the reason it cannot be read; None until that is known, and without a configuration.
     names: Option<std::result::Result<Arc<ConfigNames>, String>>,
 }
 
 impl ColorViews {
-    /// What the configuration offers, or why it cannot be read. None until that is known, and without a configuration.
+    /// Names in the configuration, or the reason it cannot be read. None until that is known, and without a configuration.
     pub fn names(&self) -> Option<&std::result::Result<Arc<ConfigNames>, String>> {
         self.names.as_ref()
     }
 
-    /// Whether there is a configuration, read or not.
+    /// True if there is a configuration, read or not.
     pub fn is_configured(&self) -> bool {
         let asked = self.asked.as_ref();
         asked.is_some_and(|asked| asked.named().is_some())
@@ -92,7 +92,7 @@ impl ColorViews {
     }
 }
 
-/// Whether a configuration has what was chosen of it.
+/// True if a configuration has all that was chosen from it.
 fn has(names: &ConfigNames, choice: &ColorChoice) -> bool {
     if let Some(space) = &choice.space {
         return names.spaces.iter().any(|known| known.name == *space);
@@ -202,7 +202,7 @@ mod tests {
         let (mut views, mut state) = (ColorViews::default(), State::new(1, 24.0));
         let gone = with(Some("/gone/config.ocio"));
         let said = until(&mut views, &gone, &mut state, |views, _| views.names().is_some());
-        // Nobody asked for it: it is said where views are chosen.
+        // Nobody asked for it: the list of views shows it.
         assert_eq!(said, None);
         let why = views.names().unwrap().clone().unwrap_err();
         assert!(why.contains("/gone/config.ocio"), "{why}");

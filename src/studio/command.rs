@@ -1,4 +1,4 @@
-//! What a person can ask for. Panels emit commands; the application applies them. Each group is matched
+//! Commands of a person. Panels emit commands; the application applies them. Each group is matched
 //! exhaustively by the code that handles it: a command without an effect does not compile.
 
 use super::comparison::{CellPicture, CompareSettings};
@@ -63,7 +63,7 @@ pub enum LookCommand {
     AddEnvironments(Vec<PathBuf>),
     /// Take this entry out of the list, if a person added it; its file stays.
     RemoveEnvironment(usize),
-    /// Which way is front in the file of this entry; None if not known.
+    /// Front in the file of this entry; None if not known.
     Front(usize, Option<Front>),
     /// Show a stored look.
     Apply(Box<AppliedLook>),
@@ -77,15 +77,15 @@ pub enum LookCommand {
     Turn(f32),
     /// Set the exposure in stops.
     Exposure(f32),
-    /// How the environment's light is turned and graded, and the lights placed by hand.
+    /// Turn and grade of the environment's light, and the lights placed by hand.
     Lighting(Box<Lighting>),
     /// Add a light with its keys.
     AddLight(Box<CopiedLight>),
     /// Place a light, or move the one that the same drag has placed.
     Aim(AimedLight),
-    /// What is done to the picture.
+    /// Effects on the picture.
     Effects(Effects),
-    /// What is shown behind the subject.
+    /// Background behind the subject.
     Background(Background),
     /// Use this outline of the mirror ball; None for the project's own.
     Circle(Option<Circle>),
@@ -137,7 +137,7 @@ pub enum ViewCommand {
     StepTrainedLamp(isize),
     /// Relight this exemplar as the interview.
     Pose(usize),
-    /// Where the wipe between two pictures is: 0 left, 1 right.
+    /// Position of the wipe between two pictures: 0 left, 1 right.
     Wipe(f32),
     /// Move the wipe to the right, to the left or to the middle, in turn.
     StepWipe,
@@ -169,7 +169,7 @@ pub enum ViewCommand {
     ChooseLight(Option<usize>),
     /// Hide the lights of the group with this id, or show them again.
     FoldLights(u32, bool),
-    /// How the picture is looked at; nothing of it is exported.
+    /// Viewing settings of the picture; none of them is exported.
     Viewing(Viewing),
     /// Look through a view of the OpenColorIO configuration in place of a tone curve; None to end that.
     LookThrough(Option<ColorChoice>),
@@ -400,7 +400,7 @@ pub enum MatteCommand {
     /// Take the brush, or lay it down.
     Tool(bool),
     ToggleTool,
-    /// What the brush says.
+    /// Effect of the brush: to keep or to remove.
     Side(BrushSide),
     SwapSide,
     /// The brush's radius in pixels of the plate.
@@ -418,7 +418,7 @@ pub enum MatteCommand {
 /// Exports clips and stills.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExportCommand {
-    /// What the next export is to be.
+    /// Options of the next export.
     Options(Box<ExportOptions>),
     /// Take this file as the export's name.
     Destination(PathBuf),
@@ -461,7 +461,7 @@ pub enum ProjectCommand {
     Thumbnails(Pane, Vec<Thumbnail>),
 }
 
-/// What concerns any job.
+/// Commands for any job.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JobCommand {
     /// Run the job that makes what is missing.
@@ -472,7 +472,7 @@ pub enum JobCommand {
     Stop,
 }
 
-/// What a file dialog asks for; what is chosen comes back as a command.
+/// Purpose of a file dialog; the choice comes back as a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dialog {
     /// Panoramas to add.
@@ -487,19 +487,19 @@ pub enum Dialog {
     ShootPart(Slot),
     /// The folder of a new project.
     ProjectFolder,
-    /// Where the open project's shoot is now.
+    /// Present folder of the open project's shoot.
     ShootLocation,
     /// The next export's file.
     Destination,
-    /// Where a job for this engine goes.
+    /// Folder for a farm job of this engine.
     FarmFolder(Engine),
     /// True OLATs to measure against.
     Truth,
-    /// Where to write the review's page.
+    /// File for the review's page.
     ReportPage,
-    /// Where to write what this machine can do.
+    /// File for the report on this machine.
     MachineReport,
-    /// Where to write a look.
+    /// File for a look.
     SaveLook,
     /// A look to show and store.
     LoadLook,

@@ -1,4 +1,4 @@
-//! What the picture is compared with, and how both are shown.
+//! Comparison of the picture with another, and the ways to show both.
 
 use super::environment_library::{EnvironmentEntry, light_of};
 use super::environment_list::ListedEnvironment;
@@ -27,7 +27,7 @@ pub enum Reference {
     Transfer,
 }
 
-/// How two pictures are shown.
+/// Way to show two pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CompareMode {
     /// The first to the left of a line that can be dragged, the second to its right.
@@ -40,7 +40,7 @@ pub enum CompareMode {
     Difference,
 }
 
-/// What the difference of two pictures can be multiplied by.
+/// Factors for the difference of two pictures.
 pub const GAINS: [f32; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 
 /// A picture of a measured cell.
@@ -135,7 +135,7 @@ impl CompareSettings {
         self.references().map(|shown| shown?.picture(state, looks, environments).ok())
     }
 
-    /// Why one of the pictures is not there.
+    /// Reason one of the pictures is not there.
     pub fn missing(
         &self,
         state: &State,
@@ -198,7 +198,7 @@ impl Reference {
     }
 }
 
-/// Why an environment of the list gives no light.
+/// Reason an environment of the list gives no light.
 fn reading(environments: &[EnvironmentEntry], listed: &ListedEnvironment) -> String {
     let entry = environments.iter().find(|e| e.listed.origin == listed.origin);
     match entry.is_some_and(|entry| entry.panorama.is_failed()) {

@@ -19,7 +19,7 @@ pub struct DestinationQuery {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExistingFiles {
     pub query: DestinationQuery,
-    /// How many of its files exist.
+    /// Number of its files that exist.
     pub files: usize,
     /// The destination with a number appended that is free; unchanged if no file exists.
     pub free: String,
@@ -69,7 +69,7 @@ impl DestinationCheck {
         self.found.as_ref()
     }
 
-    /// Why the newest question was not answered, once.
+    /// Reason the newest question was not answered, once.
     pub fn failure(&mut self) -> Option<String> {
         self.failure.take()
     }

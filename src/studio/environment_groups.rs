@@ -1,5 +1,5 @@
-//! How the list of environments is shown: favourites first, then the shoot's, the built-in ones and those that were added, by
-//! their folders; and only what is searched for.
+//! Order of the list of environments: favourites first, then the shoot's, the built-in ones and those that were added, by
+//! their folders; and only those that match the search.
 
 use super::environment_library::EnvironmentEntry;
 use super::environment_list::{ListedEnvironment, Owner};
@@ -55,14 +55,14 @@ fn grouped(list: &[(&ListedEnvironment, bool)], search: &str) -> Vec<Environment
     groups.into_iter().map(group).collect()
 }
 
-/// Whether a name, or its heading, has each searched word.
+/// True if a name, or its heading, has each searched word.
 fn is_found(name: &str, heading: &str, search: &str) -> bool {
     let text = format!("{name}\n{heading}").to_lowercase();
     let search = search.to_lowercase();
     search.split_whitespace().all(|word| text.contains(word))
 }
 
-/// What the folders of added files are called: by their names, and where two have the same, with as much of their paths as tells
+/// Titles of the folders of added files: their names, and where two have the same, as much of their paths as tells
 /// them apart.
 fn folder_titles<'a>(
     list: impl Iterator<Item = &'a ListedEnvironment>,

@@ -19,18 +19,18 @@ const LIGHT_BUDGET_BYTES: usize = 1 << 30;
 pub struct EnvironmentEntry {
     pub listed: ListedEnvironment,
     pub panorama: PanoramaState,
-    /// Whether the person likes it.
+    /// The person likes it.
     pub favourite: bool,
 }
 
-/// Whether a panorama is loaded.
+/// State of a panorama on its way into memory.
 pub enum PanoramaState {
     Waiting,
     Done {
         panorama: ReadPanorama,
         thumbnail: egui::TextureHandle,
     },
-    /// Why it cannot be used.
+    /// Reason it cannot be used.
     Failed(String),
 }
 
@@ -43,7 +43,7 @@ pub struct ReadPanorama {
     pub thumbnail: Arc<SrgbPicture>,
     /// Its brightest areas, the one with most energy first.
     pub areas: Vec<Area>,
-    /// What had to be guessed or mended, a sentence each.
+    /// Guesses and repairs in the file, a sentence each.
     pub notes: Vec<String>,
 }
 
@@ -69,22 +69,22 @@ pub fn light_of(entries: &[EnvironmentEntry], origin: &Origin) -> Option<Arc<Env
 }
 
 impl PanoramaState {
-    /// Whether it cannot be used.
+    /// True if it cannot be used.
     pub fn is_failed(&self) -> bool {
         matches!(self, Self::Failed(_))
     }
 
-    /// Whether its light is in memory.
+    /// True if its light is in memory.
     pub fn has_light(&self) -> bool {
         matches!(self, Self::Done { panorama, .. } if panorama.environment.is_some())
     }
 
-    /// Whether it is still being loaded.
+    /// True if it is still being loaded.
     pub fn is_waiting(&self) -> bool {
         matches!(self, Self::Waiting)
     }
 
-    /// Whether the panorama can light a subject.
+    /// True if the panorama can light a subject.
     pub fn is_done(&self) -> bool {
         matches!(self, Self::Done { .. })
     }

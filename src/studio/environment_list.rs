@@ -11,12 +11,12 @@ use worker::Origin;
 pub struct ListedEnvironment {
     pub name: String,
     pub origin: Origin,
-    /// Which way is front in its file; None until the person says so.
+    /// Front in its file; None until the person says so.
     pub front: Option<Front>,
     pub owner: Owner,
 }
 
-/// Where an environment comes from.
+/// Origin of an environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
     Shoot,
@@ -26,7 +26,7 @@ pub enum Owner {
 }
 
 impl Owner {
-    /// Where it comes from, for the window.
+    /// Words for the origin in the window.
     pub fn says(self) -> &'static str {
         match self {
             Self::Shoot => "from the shoot",
@@ -37,19 +37,19 @@ impl Owner {
 }
 
 impl ListedEnvironment {
-    /// Whether another one in the list has the same name, ignoring case.
+    /// True if another one in the list has the same name, ignoring case.
     pub fn is_ambiguous(&self, list: &[Self]) -> bool {
         let name = self.name.to_lowercase();
         let same = list.iter().filter(|one| one.name.to_lowercase() == name);
         same.count() > 1
     }
 
-    /// Whether the person still has to say which way is front in an added file.
+    /// True if the person still has to name the front in an added file.
     pub fn asks(&self) -> bool {
         self.owner == Owner::Person && self.front.is_none()
     }
 
-    /// Which way is front: as the person said, or else Afterlight's convention.
+    /// Front of the file: as the person said, or else Afterlight's convention.
     pub fn front(&self) -> Front {
         self.front.unwrap_or_default()
     }
@@ -86,7 +86,7 @@ pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
     shoots.chain(built_in).chain(added).collect()
 }
 
-/// What of a list is saved in the project.
+/// Part of a list that is saved in the project.
 pub fn saved(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
     let files = list.iter().filter_map(|listed| {
         Some(NamedEnvironment {

@@ -1,4 +1,4 @@
-//! What the next export is to be.
+//! Options of the next export.
 
 use super::environment_library::PanoramaState;
 use super::look::LookSettings;
@@ -22,22 +22,22 @@ const ENDINGS: [&str; 8] = [".png", ".tif", ".tiff", ".exr", ".mp4", ".mov", ".m
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportOptions {
     pub format: Format,
-    /// What the pictures show, and at which resolution.
+    /// Content and resolution of the pictures.
     pub at: PictureSize,
     /// Pixels of the longer side; None to leave them as they are.
     pub size: Option<usize>,
-    /// What is behind the subject; None for what the picture has.
+    /// Background behind the subject; None for that of the picture.
     pub background: Option<Background>,
     /// Colour space of the files; None for sRGB, or linear Rec. 709 in an EXR.
     pub space: Option<OutputSpace>,
     /// A `.cube` table that is baked into codes: relative to the project's folder, or absolute; "" for none.
     pub table: String,
-    /// What an OpenColorIO configuration makes of the light, in place of tone curve, colour space and table; nothing if none
-    /// is asked. It is no part of how the picture is looked at.
+    /// View of an OpenColorIO configuration for the light, in place of tone curve, colour space and table; nothing if none
+    /// is asked. It is no part of the viewing settings.
     pub ocio: ColorChoice,
     /// Show the picture through the table as well.
     pub show_table: bool,
-    /// How an EXR holds its pixels.
+    /// Pixel format of an EXR.
     pub exr: ExrSettings,
     /// Alpha of a movie that keeps one.
     pub movie_alpha: MovieAlpha,
@@ -71,7 +71,7 @@ impl ExportOptions {
         (!name.is_empty() && has_codes).then(|| root.join(name))
     }
 
-    /// What files hold whose colours a configuration decides; None if none does.
+    /// Sentence on the content of files whose colours a configuration decides; None if none does.
     pub fn ocio_sentence(&self) -> Option<String> {
         let ColorChoice { display, view, look, space, .. } = &self.ocio;
         Some(match (space, view) {
@@ -94,7 +94,7 @@ impl ExportOptions {
         })
     }
 
-    /// Whether grain is asked for where a configuration makes the codes, which [`RelightSettings::check`] refuses.
+    /// True if grain is asked for where a configuration makes the codes, which [`RelightSettings::check`] refuses.
     fn has_foreign_grain(&self, look: &LookSettings) -> bool {
         let mut effects = look.effects;
         let grain = Setting::Effect(Pass::Grain);
@@ -109,7 +109,7 @@ impl ExportOptions {
         self.table(root).filter(|_| self.show_table)
     }
 
-    /// Why a program could not open such an export; None if it can.
+    /// Reason a program could not open such an export; None if it can.
     pub fn hand_over_obstacle(&self, program: HandOver) -> Option<&'static str> {
         if !program.needs_layers() {
             return None;
@@ -131,7 +131,7 @@ impl ExportOptions {
         }
     }
 
-    /// Whether files keep their names, whatever is there.
+    /// True if files keep their names, whatever is there.
     pub fn replaces(&self) -> bool {
         self.replace || (self.resume && !self.format.is_movie())
     }
@@ -159,7 +159,7 @@ impl ExportOptions {
         self.name = name.display().to_string();
     }
 
-    /// Why this look cannot be exported now, and what to do; None if it can.
+    /// Reason this look cannot be exported now, and the remedy; None if it can.
     pub fn obstacle(
         &self,
         phase: &Phase,

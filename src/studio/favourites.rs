@@ -31,7 +31,7 @@ impl Favourite {
 }
 
 impl Favourites {
-    /// Whether an environment is one of them.
+    /// True if an environment is one of them.
     pub fn has(&self, origin: &Origin) -> bool {
         Favourite::of(origin).is_some_and(|one| self.0.contains(&one))
     }

@@ -13,12 +13,12 @@ use worker::{Lookup, SrgbPicture};
 /// Longer sides of a picture and of a thumbnail in pixels: sharp on a screen with two pixels per point.
 const PICTURE_PX: usize = 2560;
 const THUMBNAIL_PX: usize = 128;
-/// How many thumbnails of a pane stay in memory.
+/// Number of a pane's thumbnails that stay in memory.
 const MOST_THUMBNAILS: usize = 128;
 /// The matte's colour over a picture.
 const RED: [f32; 3] = [0.9, 0.1, 0.1];
 
-/// What the footage pane shows.
+/// Content of the footage pane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FootageView {
     pub matte: MatteView,
@@ -26,7 +26,7 @@ pub struct FootageView {
     pub exemplars: bool,
 }
 
-/// How the matte is shown.
+/// Display of the matte.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MatteView {
     #[default]

@@ -6,7 +6,7 @@ use super::state::State;
 use super::stored_looks::{LookId, StoredLooks};
 use worker::{LookView, Origin};
 
-/// What stands in one of the four places.
+/// Content of one of the four places.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum FourSlot {
     #[default]
@@ -43,7 +43,7 @@ impl FourSlot {
         }
     }
 
-    /// What stands here, in words.
+    /// Name of the look that stands here, in words.
     pub fn name(&self) -> String {
         match self {
             Self::Empty => "nothing".to_owned(),
@@ -57,13 +57,13 @@ impl FourSlot {
 /// The four places, from the upper left: A, B, C and D.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FourLooks {
-    /// Whether they stand in place of the picture.
+    /// They stand in place of the picture.
     pub on: bool,
     pub slots: [FourSlot; 4],
 }
 
 impl FourLooks {
-    /// What the places are called.
+    /// Names of the places.
     pub const LETTERS: [&'static str; 4] = ["A", "B", "C", "D"];
 
     /// Fills the places where nothing was chosen yet: the present look, then stored ones.
@@ -90,20 +90,20 @@ impl FourLooks {
     }
 }
 
-/// What a place asks for.
+/// Picture that a place asks for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FourPicture {
     /// Nothing was chosen.
     Empty,
     /// Its environment is still being read.
     Waiting,
-    /// Why there is no picture.
+    /// Reason there is no picture.
     Missing(String),
     View(LookView),
 }
 
 impl FourPicture {
-    /// What a place asks for, of the looks that are stored.
+    /// Picture that a place asks for, given the looks that are stored.
     pub fn of(
         slot: &FourSlot,
         state: &State,

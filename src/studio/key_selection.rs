@@ -152,7 +152,7 @@ impl KeySelection {
         })
     }
 
-    /// Whether any has a tangent that was set by hand.
+    /// True if one or more have a tangent that was set by hand.
     pub fn has_own_tangents(&self, animation: &Animation) -> bool {
         self.changed(animation, |_, _, _| {})
             .iter()
@@ -161,7 +161,7 @@ impl KeySelection {
             .any(|(_, key)| key.slope_in.is_some() || key.slope_out.is_some())
     }
 
-    /// How they go on, if all do so alike.
+    /// Interpolation after them, if all have the same.
     pub fn kind(&self, animation: &Animation) -> Option<Interpolation> {
         let mut kinds = self.keys.iter().filter_map(|(setting, frame)| {
             let keys = animation.of(*setting)?;
@@ -202,7 +202,7 @@ fn take(keys: &mut Keyframes, frames: &[f64]) -> Vec<Key> {
     frames.iter().filter_map(take).collect()
 }
 
-/// Where copied keys go.
+/// Target of copied keys.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Onto {
     /// Keys of one lane go to this one, if it has the same unit, and keys of one light to its light; all others go to their own
@@ -221,7 +221,7 @@ impl Onto {
         }
     }
 
-    /// Where keys of a setting go, which are all of a copy or not, and of a copy of one light or not.
+    /// Target of a setting's keys, which are all of a copy or not, and of a copy of one light or not.
     fn of(self, of: Setting, (is_one, is_light): (bool, bool)) -> Setting {
         match (self, of) {
             (Self::Lane(Some(lane)), _) if is_one && lane.unit() == of.unit() => lane,
@@ -233,7 +233,7 @@ impl Onto {
     }
 }
 
-/// What [`KeySelection::copied`] gave, with its first key at `frame`: the lanes with these keys, and the keys.
+/// The keys that [`KeySelection::copied`] gave, with the first at `frame`: the lanes with these keys, and the keys.
 ///
 /// # Errors
 /// A sentence when the text holds no keys, none of settings that are there, or others than those of one light for a light.

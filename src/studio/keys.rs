@@ -20,7 +20,7 @@ pub fn leave_arrows(ctx: &egui::Context, widget: egui::Id) {
     ctx.data_mut(|data| data.insert_temp(egui::Id::unique("arrow keys"), widget));
 }
 
-/// Whether the focused widget uses the arrow keys itself.
+/// True if the focused widget uses the arrow keys itself.
 fn are_arrows_left(ctx: &egui::Context) -> bool {
     let widget = ctx.data(|data| data.get_temp(egui::Id::unique("arrow keys")));
     widget.is_some() && widget == ctx.memory(|memory| memory.focused())

@@ -1,4 +1,4 @@
-//! How the window is divided: a tree of panes for each workspace. Dragging tabs and borders rearranges it.
+//! Division of the window: a tree of panes for each workspace. Dragging tabs and borders rearranges it.
 
 use egui_tiles::{Behavior, Container, Linear, LinearDir, Tabs, Tile, TileId, Tiles, Tree};
 use serde::{Deserialize, Serialize};
@@ -79,7 +79,7 @@ impl Pane {
         Self::Log,
     ];
 
-    /// What its tab says.
+    /// Label of its tab.
     pub fn name(self) -> &'static str {
         match self {
             Self::Project => "Project",
@@ -109,7 +109,7 @@ impl Workspace {
     pub const ALL: [Self; 5] =
         [Self::Calibrate, Self::Train, Self::Relight, Self::Review, Self::Export];
 
-    /// What its tab says.
+    /// Label of its tab.
     pub fn name(self) -> &'static str {
         match self {
             Self::Calibrate => "Calibrate",

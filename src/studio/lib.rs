@@ -149,7 +149,7 @@ fn show(
     })
 }
 
-/// What the window's bar and the list of windows show.
+/// Icon in the window's bar and in the list of windows.
 fn icon() -> egui::IconData {
     let png = include_bytes!("../../assets/icon/128.png");
     eframe::icon_data::from_png_bytes(png).unwrap_or_default()

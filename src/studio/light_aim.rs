@@ -33,7 +33,7 @@ struct HighlightQuestion {
     rig: Arc<Rig>,
 }
 
-/// What is known of the newest frame that was asked about. It serves a whole drag, and both kinds of questions.
+/// Lamp responses of the newest frame that was asked about. They serve a whole drag, and both kinds of questions.
 type Known = Arc<Mutex<Option<(Arc<PredictedFrame>, Arc<LampResponses>)>>>;
 
 fn responses(known: &Known, of: &Arc<PredictedFrame>, rig: &Rig) -> Result<Arc<LampResponses>> {
@@ -54,7 +54,7 @@ pub struct LightAim {
     known: Known,
     lookup: Option<Lookup<AimQuestion, std::result::Result<Vec3, NoAim>>>,
     asked: Option<AimQuestion>,
-    /// Why the newest question has no answer.
+    /// Reason the newest question has no answer.
     refusal: Option<NoAim>,
     proposer: Option<Lookup<AimQuestion, std::result::Result<usize, NoAim>>>,
     /// The point that a lamp is wanted for, and the lamp of the newest that is known.
@@ -127,7 +127,7 @@ impl LightAim {
         self.sought = Some(of.clone());
     }
 
-    /// Where lights fall in a frame; None until it is found.
+    /// Positions of the lights in a frame; None until they are found.
     pub fn highlights(&self, of: &Arc<PredictedFrame>) -> Option<&Highlights> {
         let (found, highlights) = self.highlights.as_ref()?;
         Arc::ptr_eq(found, of).then_some(&**highlights)
@@ -162,7 +162,7 @@ impl LightAim {
         (found, failure)
     }
 
-    /// Why the newest question has no answer.
+    /// Reason the newest question has no answer.
     pub fn refusal(&self) -> Option<NoAim> {
         self.refusal
     }

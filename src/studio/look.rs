@@ -38,7 +38,7 @@ pub struct LookSettings {
     pub circle: Option<Circle>,
     /// The response that is tried by hand.
     pub trial: Option<Trial>,
-    /// How to train, if it was chosen by hand.
+    /// Training choice, if it was made by hand.
     pub training: Option<TrainChoice>,
 }
 

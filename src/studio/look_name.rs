@@ -1,11 +1,11 @@
-//! What a stored look is called: a name that any disk can hold, because its folder is called so.
+//! Name of a stored look: one that any disk can hold, because its folder is called so.
 
 use base::error::{Error, Result};
 
 /// Characters of a name at most, and bytes: file systems allow 255.
 const MOST: usize = 60;
 const MOST_BYTES: usize = 200;
-/// What some file system keeps for itself.
+/// Characters that some file system keeps for itself.
 const FORBIDDEN: [char; 9] = ['/', '\\', ':', '*', '?', '"', '<', '>', '|'];
 /// Names of devices on Windows, with any ending.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
@@ -15,7 +15,7 @@ const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 pub struct LookName(String);
 
 impl LookName {
-    /// What has been typed, without blanks around it.
+    /// Name from the typed text, without blanks around it.
     ///
     /// # Errors
     /// When no folder can be called so: what is wrong with it.
@@ -52,7 +52,7 @@ impl LookName {
         &self.0
     }
 
-    /// Whether some disk would take both for one: upper and lower case are the same there.
+    /// True if some disk would take both for one: upper and lower case are the same there.
     pub fn is_like(&self, other: &Self) -> bool {
         self.0.to_lowercase() == other.0.to_lowercase()
     }

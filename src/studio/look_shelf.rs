@@ -17,7 +17,7 @@ use std::sync::Arc;
 use std::time::SystemTime;
 use worker::SrgbPicture;
 
-/// Where removed looks are.
+/// Folder of removed looks.
 const REMOVED: &str = ".removed";
 /// Looks of a shelf, and versions of a look, that are read at most.
 const MOST_LOOKS: usize = 500;
@@ -39,7 +39,7 @@ pub struct LookVersion {
     /// From 1.
     pub number: u32,
     pub look: Arc<StoredLook>,
-    /// What it looked like when it was stored.
+    /// Picture of it when it was stored.
     pub picture: Option<Arc<SrgbPicture>>,
 }
 
@@ -50,7 +50,7 @@ pub struct ShelvedLook {
     pub versions: Vec<LookVersion>,
 }
 
-/// What is on a shelf.
+/// Content of a shelf.
 #[derive(Clone, Debug, Default)]
 pub struct ShelfContents {
     /// In the order of their names.
@@ -83,7 +83,7 @@ impl LookShelf {
         own_folder(&self.within, "looks")
     }
 
-    /// What is on it now.
+    /// Its present content.
     pub fn list(&self, pictures: &mut ReadPictures) -> ShelfContents {
         let mut contents = ShelfContents::default();
         let folder = self.folder();

@@ -13,7 +13,7 @@ use worker::Lookup;
 const SHOWN_PX: usize = 1280;
 /// Steps of undo that are kept.
 const STEPS: usize = 50;
-/// How much larger one step makes the brush.
+/// Factor on the brush's size for one step.
 pub const GROWTH: f32 = 1.2;
 
 /// A frame and the strokes by which its matte is found.
@@ -23,7 +23,7 @@ struct LiveRequest {
     strokes: Strokes,
 }
 
-/// What lies over the picture: red where it is removed, a line at the edge.
+/// Overlay on the picture: red where it is removed, a line at the edge.
 type Overlay = ([usize; 2], Vec<Color32>);
 
 /// A matte as it was found.
@@ -33,12 +33,12 @@ pub struct LiveMatte {
     pub uncertain: f32,
 }
 
-/// What a thread found: the overlay, and the share of edges.
+/// Result of a thread: the overlay, and the share of edges.
 type Found = (Overlay, f32);
 
 /// The brush, the strokes, and the threads that find mattes by them and save them.
 pub struct MattePainting {
-    /// Whether the tool is chosen.
+    /// The tool is chosen.
     pub on: bool,
     pub side: BrushSide,
     /// The brush's radius in pixels of the plate; None until it fits the picture.
@@ -47,22 +47,22 @@ pub struct MattePainting {
     strokes: Option<std::result::Result<Strokes, String>>,
     undo: Vec<Strokes>,
     redo: Vec<Strokes>,
-    /// What was found last, or why nothing was.
+    /// The matte that was found last, or the reason there is none.
     live: Option<(LiveRequest, std::result::Result<LiveMatte, String>)>,
-    /// What was asked for last, and whether the answer is still to come.
+    /// The matte that was asked for last, and the wait for its answer.
     sought: Option<LiveRequest>,
     seeking: bool,
     finder: Option<Lookup<LiveRequest, Found>>,
     reader: Option<Lookup<(), Strokes>>,
     saver: Option<Lookup<Strokes, ()>>,
-    /// What was sent to the disk last.
+    /// Strokes that were sent to the disk last.
     saving: Option<Strokes>,
-    /// Whether the strokes are not on the disk yet.
+    /// The strokes are not on the disk yet.
     unsaved: bool,
-    /// Whether all mattes are to be made once they are.
+    /// All mattes are to be made once they are.
     make: bool,
     failure: Option<String>,
-    /// Why the newest strokes are not on the disk, if they could not be saved.
+    /// Reason the newest strokes are not on the disk, if they could not be saved.
     unsaved_why: Option<String>,
 }
 
@@ -104,17 +104,17 @@ impl MattePainting {
         (request.frame == frame).then_some(found)
     }
 
-    /// Whether a matte is being found.
+    /// True if a matte is being found.
     pub fn is_seeking(&self) -> bool {
         self.seeking
     }
 
-    /// Whether everything painted is on the disk.
+    /// True if everything painted is on the disk.
     pub fn is_saved(&self) -> bool {
         !self.unsaved
     }
 
-    /// Why the newest strokes are not on the disk: the last attempt to save them failed.
+    /// Reason the newest strokes are not on the disk: the last attempt to save them failed.
     pub fn unsaved(&self) -> Option<&str> {
         self.unsaved_why.as_deref()
     }
@@ -169,7 +169,7 @@ impl MattePainting {
         Ok(())
     }
 
-    /// Whether a stroke can be undone, or one that was undone be made again.
+    /// True if a stroke can be undone, or one that was undone be made again.
     pub fn can_travel(&self, back: bool) -> bool {
         self.on && !(if back { &self.undo } else { &self.redo }).is_empty()
     }
@@ -191,12 +191,12 @@ impl MattePainting {
         self.make = true;
     }
 
-    /// Whether all mattes are to be made now. It is said once.
+    /// True if all mattes are to be made now. Reported once.
     pub fn takes_make(&mut self) -> bool {
         !self.unsaved && std::mem::take(&mut self.make)
     }
 
-    /// Why strokes could not be saved, said once.
+    /// Reason strokes could not be saved, said once.
     pub fn failure(&mut self) -> Option<String> {
         self.failure.take()
     }
@@ -289,7 +289,7 @@ fn found(
     Ok((overlay(&found.matte.mask), found.matte.uncertain))
 }
 
-/// What is removed is red, its edge a light line.
+/// Overlay of a matte: removed parts are red, their edge a light line.
 fn overlay(matte: &Mask) -> Overlay {
     let (width, height) = reduced(matte.size(), SHOWN_PX);
     let small: Mask = resize_area(matte, width, height);

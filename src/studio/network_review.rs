@@ -1,4 +1,4 @@
-//! What the window knows of the review. A thread of its own draws the sheet and saves the marks.
+//! The window's knowledge of the review. A thread of its own draws the sheet and saves the marks.
 
 use confidence::ConfidenceReport;
 use evaluation::review::{MarkedOlat, Marks, Review};
@@ -22,15 +22,15 @@ pub struct NetworkReview {
     pub cell: Option<Result<Arc<CellPictures>, String>>,
     /// The current marks; they may not be written yet.
     pub marks: Marks,
-    /// Why the marks could not be written.
+    /// Reason the marks could not be written.
     pub failure: Option<String>,
     thread: Option<ReviewThread>,
     /// The prediction whose sheet was asked for last.
     drawn: Option<Arc<PredictedFrame>>,
     compared: Option<Cell>,
-    /// Whether the saved review was asked for since it may have changed.
+    /// The saved review was asked for since it may have changed.
     asked: bool,
-    /// Whether marks were set in this window.
+    /// Marks were set in this window.
     edited: bool,
     history: MarkHistory,
 }
@@ -43,7 +43,7 @@ const STEPS: usize = 100;
 struct MarkHistory {
     undo: Vec<MarkStep>,
     redo: Vec<MarkStep>,
-    /// Whether the last change was to a note alone: what is typed further into that is no step of its own.
+    /// The last change was to a note alone: further typing into that is no step of its own.
     typing: bool,
 }
 
@@ -173,7 +173,7 @@ impl NetworkReview {
         Ok(())
     }
 
-    /// Whether verdicts or notes were given in this window.
+    /// True if verdicts or notes were given in this window.
     pub fn has_history(&self) -> bool {
         !self.history.undo.is_empty() || !self.history.redo.is_empty()
     }
@@ -186,12 +186,12 @@ impl NetworkReview {
         Some(cell)
     }
 
-    /// What was measured last.
+    /// The last measurement.
     pub fn measured(&self) -> Option<&Arc<Review>> {
         self.saved.as_ref()?.as_ref().ok()?.review.as_ref()
     }
 
-    /// How far frames can be trusted, if that was found out for the present network.
+    /// Confidence in the frames, if that was found out for the present network.
     pub fn confidence(&self) -> Option<&Arc<ConfidenceReport>> {
         let saved = self.saved.as_ref()?.as_ref().ok()?;
         let (report, fits) = saved.confidence.as_ref().ok()?.as_ref()?;

@@ -1,5 +1,5 @@
-//! What panels see. A panel is a struct with `ui(&mut self, ui, &PanelContext, &mut Vec<Command>)`: it keeps
-//! what only the drawing needs, reads the rest here, and changes nothing but by commands.
+//! Input of the panels. A panel is a struct with `ui(&mut self, ui, &PanelContext, &mut Vec<Command>)`: it keeps
+//! the state that only the drawing needs, reads the rest here, and changes nothing but by commands.
 
 use super::accuracy::Accuracy;
 use super::color_views::ColorViews;
@@ -42,33 +42,33 @@ pub struct PanelContext<'a> {
     pub relit: Option<&'a Arc<PreviewPicture>>,
     /// The light of the probed pixel under each lamp at full power.
     pub texel: Option<&'a [[f32; 3]]>,
-    /// Why no light was placed where the picture was clicked.
+    /// Reason no light was placed where the picture was clicked.
     pub no_aim: Option<NoAim>,
-    /// Where lights fall in the newest picture's frame, once that is known.
+    /// Positions of the lights in the newest picture's frame, once they are known.
     pub highlights: Option<&'a Highlights>,
     /// The lamp that falls where the pointer is, by its index, while lights are placed by the face.
     pub proposed: Option<usize>,
     /// The queue of exports.
     pub exports: &'a [Export],
-    /// Which files of the next export exist already.
+    /// Files of the next export that exist already.
     pub existing_files: Option<&'a ExistingFiles>,
-    /// Where the next export goes if it replaces nothing.
+    /// Destination of the next export if it replaces nothing.
     pub export_to: &'a str,
-    /// What the mirror balls show, or why they cannot be read.
+    /// Study of the mirror balls, or the reason they cannot be read.
     pub probe: Option<&'a Result<Arc<ProbeView>, String>>,
-    /// How well the tried response fits, or why that is unknown.
+    /// Fit of the tried response, or the reason it is unknown.
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
     /// The current frame under every lamp, and how close the network is to the truth.
     pub review: &'a NetworkReview,
-    /// What each way to go costs, and how near it comes to the truth.
+    /// Cost of each way to go, and its distance from the truth.
     pub accuracy: &'a Accuracy,
-    /// What this machine can do, as far as it was measured.
+    /// Abilities of this machine, as far as they were measured.
     pub machine: Option<&'a MachineReport>,
-    /// How far the project can be trusted.
+    /// Degree of trust in the project.
     pub check: &'a ProjectCheck,
     /// The network's training.
     pub training: &'a Training,
-    /// Why nothing can be written into the project: another process holds its lock.
+    /// Reason nothing can be written into the project: another process holds its lock.
     pub read_only: Option<&'a str>,
     /// The recent projects.
     pub recents: &'a Recents,
@@ -80,16 +80,16 @@ pub struct PanelContext<'a> {
     pub matte: &'a MattePainting,
     /// The stored looks of the project and of the person.
     pub looks: &'a StoredLooks,
-    /// What the OpenColorIO configuration offers, to look through and to export by.
+    /// Views of the OpenColorIO configuration, to look through and to export by.
     pub color_views: &'a ColorViews,
-    /// Why something that was changed is not on the disk.
+    /// Reason a change is not on the disk.
     pub unsaved: Option<&'a str>,
     /// A change is being written, and that takes long.
     pub saving: bool,
 }
 
 impl PanelContext<'_> {
-    /// Whether pictures can be made. If not, the viewport says why, or what is being done.
+    /// True if pictures can be made. If not, the viewport names the reason, or the work in progress.
     pub fn is_live(&self) -> bool {
         matches!(self.status.phase, Phase::Ready { .. })
     }
@@ -104,12 +104,12 @@ impl PanelContext<'_> {
         used.or_else(|| self.review.truth())
     }
 
-    /// Whether a visible pane shows the running job with its buttons.
+    /// True if a visible pane shows the running job with its buttons.
     pub fn job_has_pane(&self) -> bool {
         self.training.running && self.shown.contains(&Pane::Training)
     }
 
-    /// Whether a visible pane says why something could not be done.
+    /// True if a visible pane shows the reason something could not be done.
     pub fn refusal_has_pane(&self) -> bool {
         self.shown.contains(&Pane::Picture) || self.shown.contains(&Pane::Project)
     }

@@ -35,7 +35,7 @@ impl PixelInspector {
         }
     }
 
-    /// Why the newest was not found, once.
+    /// Reason the newest was not found, once.
     pub fn failure(&mut self) -> Option<String> {
         self.failure.take()
     }

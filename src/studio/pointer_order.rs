@@ -31,7 +31,7 @@ impl Plugin for PointerOrder {
     }
 }
 
-/// How many of the events belong to one frame: up to a button after motion, or motion after a press.
+/// Number of the events that belong to one frame: up to a button after motion, or motion after a press.
 fn first_frame(events: &[Event]) -> usize {
     let (mut moved, mut pressed) = (false, false);
     for (place, event) in events.iter().enumerate() {

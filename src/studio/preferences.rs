@@ -31,7 +31,7 @@ struct PreferencesFile {
 #[derive(Default)]
 pub struct Preferences {
     saved: PreferencesFile,
-    /// Where they are saved; None in a window that remembers nothing.
+    /// File for them; None in a window that remembers nothing.
     file: Option<PathBuf>,
 }
 

@@ -1,4 +1,4 @@
-//! What the window knows of how far the project can be trusted. A thread of its own finds it out.
+//! The window's knowledge of the trust in the project. A thread of its own finds it out.
 
 use super::environment_library::{EnvironmentEntry, PanoramaState};
 use super::state::State;
@@ -16,7 +16,7 @@ pub struct ProjectCheck {
     thread: Option<CheckThread>,
     /// The last question.
     asked: Option<CheckRequest>,
-    /// Whether the report is not that of the last question yet.
+    /// The report is not that of the last question yet.
     waiting: bool,
     /// Counts how often the project may have changed.
     changes: u64,
@@ -36,7 +36,7 @@ impl ProjectCheck {
         }
     }
 
-    /// Whether a report is on its way, or is still to be asked for.
+    /// True if a report is on its way, or is still to be asked for.
     pub fn is_waiting(&self) -> bool {
         let newest = self.asked.as_ref().map(|asked| asked.changes);
         self.waiting || newest != Some(self.changes)

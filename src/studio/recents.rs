@@ -17,7 +17,7 @@ pub struct Recent {
     pub folder: PathBuf,
     /// Its name; the folder's name if it cannot be read.
     pub name: String,
-    /// Why it cannot be opened.
+    /// Reason it cannot be opened.
     pub trouble: Option<String>,
     /// When it was opened last, in seconds since 1970, if that is known.
     pub opened: Option<u64>,
@@ -73,7 +73,7 @@ impl Recents {
         self.thumbnails.get(folder)?.as_ref()
     }
 
-    /// Whether every project's first frame was looked for.
+    /// True if every project's first frame was looked for.
     pub fn are_drawn(&self) -> bool {
         let known = |recent: &Recent| {
             recent.trouble.is_some() || self.thumbnails.contains_key(&recent.folder)

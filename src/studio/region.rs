@@ -15,7 +15,7 @@ impl Region {
         Self { left: x, top: y, right: x.saturating_add(1), bottom: y.saturating_add(1) }
     }
 
-    /// What two corners enclose or touch, given as shares of the width and height of a picture of so many columns and rows.
+    /// Region that two corners enclose or touch, as shares of the width and height of a picture of so many columns and rows.
     /// None if no part of the picture is between them.
     pub fn between(one: [f32; 2], other: [f32; 2], size: [usize; 2]) -> Option<Self> {
         let along = |axis: usize| {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
-/// What of a look is saved. A file may leave anything out: it is as in a new window then.
+/// Part of a look that is saved. A file may leave anything out: it is as in a new window then.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SavedLook {
@@ -40,7 +40,7 @@ impl SavedLook {
         project.root.join("look.json")
     }
 
-    /// What is saved of a look.
+    /// Saved part of a look.
     pub fn of(look: &LookSettings) -> Self {
         let shown = look.environments.get(look.environment);
         Self {
@@ -62,7 +62,7 @@ impl SavedLook {
         Self { range: None, ..self }
     }
 
-    /// What is saved in a project; None if nothing is yet. `mine` says whether this window may write there.
+    /// Look that is saved in a project; None if nothing is yet. With `mine`, this window may write there.
     ///
     /// # Errors
     /// When the file cannot be understood: if it is `mine`, it is renamed to `look.json.old`.
@@ -116,7 +116,7 @@ impl SavedLook {
         look.follow(0);
     }
 
-    /// What [`Self::text`] gave the text of.
+    /// Look from the text that [`Self::text`] gave.
     pub fn of_text(text: &str) -> Option<Self> {
         serde_json::from_str(text).ok()
     }

@@ -17,7 +17,7 @@ use worker::{EnvironmentListWriter, Origin};
 
 /// Names the folder in which a child process saves for ever.
 const FOLDER: &str = "AFTERLIGHT_SAVING_FOLDER";
-/// How many seconds processes share a project.
+/// Time in seconds for which processes share a project.
 const SECONDS: &str = "AFTERLIGHT_SHARED_SECONDS";
 
 /// The settings that a window has at this number.
@@ -40,7 +40,7 @@ fn look(number: u64) -> SavedLook {
     SavedLook::of(&settings(number))
 }
 
-/// What can be undone at this number.
+/// Text of the undo steps at this number.
 fn undo(number: u64) -> String {
     let before = settings(number - 1);
     History::text([&[before], &[]], &settings(number)).unwrap()
@@ -84,7 +84,7 @@ fn child(folder: &Path) -> Command {
     command
 }
 
-/// What that process does.
+/// Work of that process.
 fn save_for_ever(folder: &Path) -> ! {
     let project = Project::open(&folder.join("film")).unwrap();
     let mut options = std::fs::File::options();
@@ -118,7 +118,7 @@ fn save_for_ever(folder: &Path) -> ! {
     unreachable!("numbers do not end")
 }
 
-/// What was saved is whole, and is the last or the one after.
+/// The saved look is whole, and is the last or the one after.
 fn check(folder: &Path, project: &Project) {
     let number = saved(folder);
     let found = SavedLook::load(project, false).unwrap().unwrap();

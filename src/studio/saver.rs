@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use worker::background::{Background, Handler, Request};
 
-/// What is not in the files.
+/// Texts that are not in the files.
 #[derive(Clone, Default)]
 struct Unwritten(Arc<Mutex<UnwrittenFiles>>);
 
@@ -90,18 +90,18 @@ impl Saver {
         self.unwritten.get(path)
     }
 
-    /// How long texts have been waiting to be written; None if none are.
+    /// Time for which texts have been waiting to be written; None if none are.
     pub fn waiting(&self) -> Option<Duration> {
         self.unwritten.lock().since.map(|since| since.elapsed())
     }
 
-    /// Why the newest text of a file that was tried is not in it; None if all are written.
+    /// Reason the newest text of a file that was tried is not in it; None if all are written.
     pub fn failed(&self) -> Option<String> {
         let files = self.unwritten.lock();
         files.failed.values().next().cloned()
     }
 
-    /// What could not be written since the last call.
+    /// Failed writes since the last call.
     pub fn failures(&self) -> impl Iterator<Item = String> {
         self.failures.try_iter()
     }

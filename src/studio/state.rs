@@ -1,4 +1,4 @@
-//! What the window shows, as plain data, and how commands change it.
+//! Content of the window, as plain data, and its changes by commands.
 
 mod added;
 mod aiming;
@@ -26,7 +26,7 @@ use std::collections::BTreeSet;
 use std::mem::{Discriminant, discriminant};
 use std::path::PathBuf;
 
-/// What can be chosen in a file dialog.
+/// Kind of path that can be chosen in a file dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
     Folder,
@@ -39,15 +39,15 @@ pub enum Wanted {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathEntry {
     pub dialog: Dialog,
-    /// Which opening of a dialog it stands beside.
+    /// Number of the dialog's opening that it stands beside.
     pub number: u64,
     pub title: &'static str,
     pub wanted: Wanted,
-    /// What the field begins with, or was filled with by a drop.
+    /// Text that the field begins with, or was filled with by a drop.
     pub begun: String,
-    /// How often it was filled by a drop.
+    /// Number of times that it was filled by a drop.
     pub fills: usize,
-    /// Why the system shows no dialog, if it does not.
+    /// Reason the system shows no dialog, if it does not.
     pub missing: Option<String>,
     /// A file that is there and would be replaced: the question is open.
     pub existing: Option<PathBuf>,
@@ -59,7 +59,7 @@ pub struct Leaving {
     pub folder: PathBuf,
     /// It is the open project itself, which is read again.
     pub again: bool,
-    /// What would end, a sentence each.
+    /// Work that would end, a sentence each.
     pub ends: Vec<String>,
 }
 
@@ -84,18 +84,18 @@ pub struct State {
     pub chosen: Option<(usize, usize)>,
     /// The picture of a cell that is shown alone; None for all three.
     pub enlarged: Option<CellPicture>,
-    /// What measured cells are ordered by.
+    /// Order of the measured cells.
     pub metric: Metric,
-    /// What differences are multiplied by: one of [`GAINS`].
+    /// Factor on differences: one of [`GAINS`].
     pub gain: f32,
-    /// Where the wipe between two pictures is: 0 left, 1 right.
+    /// Position of the wipe between two pictures: 0 left, 1 right.
     pub wipe: f32,
     pub compare: CompareSettings,
     /// Looks that are shown side by side in place of the picture.
     pub four: FourLooks,
-    /// What the list of environments is filtered by.
+    /// Filter of the list of environments.
     pub search: String,
-    /// Where errors are expected lies over the picture.
+    /// The map of expected errors lies over the picture.
     pub doubts: bool,
     /// A press on the picture places a light.
     pub aims: bool,
@@ -109,7 +109,7 @@ pub struct State {
     pub probed: Option<[usize; 2]>,
     /// The part of the picture whose means are read.
     pub region: Option<Region>,
-    /// What of the footage is shown.
+    /// Part of the footage that is shown.
     pub footage: FootageView,
     /// Current frame, from 0.
     pub frame: usize,
@@ -120,13 +120,13 @@ pub struct State {
     pub playing: bool,
     /// Playing goes around the range between in and out; otherwise it stops at the end.
     pub loops: bool,
-    /// How the picture is looked at; nothing of it is exported.
+    /// Viewing settings of the picture; none of them is exported.
     pub viewing: Viewing,
     /// The view of the OpenColorIO configuration that is looked through as soon as its table is there, in place of a tone curve.
     pub color_view: Option<ColorChoice>,
-    /// What is shown in place of the picture.
+    /// Image shown in place of the picture.
     pub inspection: Inspection,
-    /// What the next export is to be.
+    /// Options of the next export.
     pub export_options: ExportOptions,
     pub view: View,
     pub panels: bool,
@@ -135,11 +135,11 @@ pub struct State {
     pub keys: bool,
     /// The list of commands is open.
     pub palette: bool,
-    /// What this machine can do lies over the window.
+    /// The report on this machine lies over the window.
     pub machine: bool,
     /// The field for a path, while a file dialog is open or missing.
     pub path: Option<PathEntry>,
-    /// What a close that was asked for would end, a sentence each; empty unless the question is open.
+    /// Work that a requested close would end, a sentence each; empty unless the question is open.
     pub closing: Vec<String>,
     /// Another project is to be opened, and work would end.
     pub leaving: Option<Leaving>,
@@ -239,7 +239,7 @@ impl State {
         }
     }
 
-    /// What is shown in place of the picture: a difference goes before a channel.
+    /// Image shown in place of the picture: a difference goes before a channel.
     pub fn shown_inspection(&self) -> Inspection {
         let compares = self.compare.on && !self.four.on;
         match compares && self.compare.mode == CompareMode::Difference {
@@ -248,7 +248,7 @@ impl State {
         }
     }
 
-    /// Whether a question or a list lies over the window and takes the keys.
+    /// True if a question or a list lies over the window and takes the keys.
     pub fn is_covered(&self) -> bool {
         let asks = !self.closing.is_empty() || self.leaving.is_some() || self.path.is_some();
         asks || self.palette || self.keys
@@ -277,7 +277,7 @@ impl State {
         self.history = history;
     }
 
-    /// Whether a setting is being dragged.
+    /// True if a setting is being dragged.
     pub fn is_dragged(&self) -> bool {
         self.dragging.is_some()
     }
@@ -323,7 +323,7 @@ impl State {
         }
     }
 
-    /// What lights the subject, but for the environment's picture: its turn and all else.
+    /// Light on the subject, but for the environment's picture: its turn and all else.
     fn light(&self) -> (f32, Option<Lighting>) {
         // It matters under lamps alone.
         let alone = !self.solo.is_empty();

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 use worker::{Blocked, Event, ExportStatus, Need};
 
-/// What the window can do now.
+/// Possible actions of the window at present.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Phase {
     /// No project is open.
@@ -33,11 +33,11 @@ pub struct RunningJob {
     /// Finished share of the stage, from 0 to 1.
     pub share: f32,
     pub note: String,
-    /// What it said last; the log keeps all of it.
+    /// Its last sentence; the log keeps all of them.
     pub said: Option<String>,
-    /// What must be put right before it can continue.
+    /// Problem that must be put right before it can continue.
     pub held: Option<String>,
-    /// Whether it was asked to stop.
+    /// A stop was requested.
     pub stopping: bool,
     /// When the stage began, without pauses since then, and the share that was finished then.
     since: Instant,
@@ -46,7 +46,7 @@ pub struct RunningJob {
     paused: Option<Instant>,
 }
 
-/// How the log shows a sentence.
+/// Style of a sentence in the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
     Info,
@@ -71,18 +71,18 @@ impl std::fmt::Display for LogLine {
 /// Lines that the log keeps.
 const LOG_LINES: usize = 1000;
 
-/// What can be done now, what runs, and what went wrong.
+/// Possible actions at present, the running job, and failures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
     pub phase: Phase,
     /// The running job. Pictures are made at the same time.
     pub job: Option<RunningJob>,
-    /// Why the picture that was asked for last could not be made.
+    /// Reason the picture that was asked for last could not be made.
     pub failure: Option<String>,
-    /// Why something that a person asked for could not be done. It stays until it is dismissed, or until a later
+    /// Reason a person's request could not be met. It stays until it is dismissed, or until a later
     /// action answers it.
     pub refusal: Option<String>,
-    /// What is said over the window until it is closed: how the last job ended, or what it advises.
+    /// Message over the window until it is closed: the end of the last job, or its advice.
     pub message: Option<String>,
     /// The message goes with the next key or click.
     passes: bool,
@@ -243,7 +243,7 @@ impl RunningJob {
         (self.share, self.note) = (share, note);
     }
 
-    /// Whether it was asked to pause.
+    /// True if a pause was requested.
     pub fn is_paused(&self) -> bool {
         self.paused.is_some()
     }
@@ -386,10 +386,10 @@ mod tests {
         assert_eq!(job.said.as_deref(), Some("on the CPU"));
         assert_eq!(status.log.back().unwrap().sentence, "on the CPU");
         status.on_event(Event::Report(Report::Advise {
-            sentence: "Train anew".into(),
+            sentence: "Train again".into(),
             how: "--fresh".into(),
         }));
-        assert_eq!(status.message.as_deref(), Some("Train anew"));
+        assert_eq!(status.message.as_deref(), Some("Train again"));
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub struct StoredLook {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LookEnvironment {
-    /// What the list called it.
+    /// Its name in the list.
     pub name: String,
     /// Its file.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,7 +45,7 @@ pub struct LookEnvironment {
     /// The name of a built-in one.
     #[serde(skip_serializing_if = "Option::is_none")]
     built_in: Option<String>,
-    /// Which way is front in the file.
+    /// Front in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub front: Option<Front>,
 }
@@ -121,12 +121,12 @@ impl StoredLook {
         Some(look)
     }
 
-    /// Whether a window at this frame shows this look.
+    /// True if a window at this frame shows this look.
     pub fn is(&self, window: &LookSettings, frame: usize) -> bool {
         self.in_window(window, frame).as_ref() == Some(window)
     }
 
-    /// Whether it is another's look under the same environment, whenever both were stored.
+    /// True if it is another's look under the same environment, whenever both were stored.
     pub fn is_same(&self, other: &Self) -> bool {
         (&self.environment, &self.look) == (&other.environment, &other.look)
     }
@@ -176,7 +176,7 @@ impl StoredLook {
     }
 }
 
-/// What becomes of a file that cannot be understood.
+/// Fate of a file that cannot be understood.
 const LEFT: &str = "It is left as it is";
 
 #[cfg(test)]

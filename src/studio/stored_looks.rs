@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use worker::background::{Background, Handler, Request};
 
-/// Where looks are stored.
+/// Place in which looks are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Shelf {
     /// In the open project.
@@ -30,18 +30,18 @@ pub struct LookId {
     pub name: LookName,
 }
 
-/// What is done to a shelf, and the version that it stored, if it stored one.
+/// Action on a shelf, and the version that it stored, if it stored one.
 type Act = Box<dyn FnOnce(&LookShelf) -> Result<Option<(LookName, u32)>> + Send>;
 
 struct ShelfRequest {
     shelf: Shelf,
     at: LookShelf,
     act: Option<Act>,
-    /// What is said once it is done.
+    /// Message once it is done.
     said: Option<String>,
 }
 
-/// What came of it, and what is on the shelf then.
+/// Result of a request, and the content of the shelf after it.
 struct ShelfAnswer {
     shelf: Shelf,
     at: LookShelf,
@@ -62,14 +62,14 @@ struct Keeper {
     answers: Receiver<ShelfAnswer>,
 }
 
-/// What was learnt of the shelves.
+/// News from the shelves.
 #[derive(Debug, PartialEq)]
 pub enum LookNews {
     /// A version was stored.
     Stored(LookId, u32),
-    /// What was done.
+    /// Sentence on a finished action.
     Done(String),
-    /// Why something could not be done.
+    /// Reason something could not be done.
     Failed(String),
     /// A file that is no look.
     Unreadable(String),
@@ -81,7 +81,7 @@ pub struct StoredLooks {
     contents: [ShelfContents; 2],
     keeper: Option<Keeper>,
     wake: Arc<dyn Fn() + Send + Sync>,
-    /// What was asked for and is not answered yet.
+    /// Number of requests that are not answered yet.
     waiting: usize,
     /// Files that were named already.
     told: BTreeSet<String>,
@@ -121,7 +121,7 @@ impl StoredLooks {
         }
     }
 
-    /// Where looks of a shelf are; None if there is no such shelf.
+    /// Folder of a shelf's looks; None if there is no such shelf.
     pub fn shelf(&self, shelf: Shelf) -> Option<&LookShelf> {
         self.shelves[shelf as usize].as_ref()
     }
@@ -163,7 +163,7 @@ impl StoredLooks {
         keeper.thread.put(ShelfRequest { shelf, at, act, said });
     }
 
-    /// Whether something that was asked for is not done yet.
+    /// True if a request is not done yet.
     pub fn is_busy(&self) -> bool {
         self.waiting > 0
     }

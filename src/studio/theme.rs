@@ -1,4 +1,4 @@
-//! How the window looks: neutral greys, so that nothing competes with the picture.
+//! Look of the window: neutral greys, so that nothing competes with the picture.
 
 use super::icons;
 use egui::{Button, Color32, CornerRadius, FontDefinitions, FontId, RichText, Stroke, TextStyle};
@@ -15,9 +15,9 @@ pub const TEXT: Color32 = Color32::from_gray(222);
 pub const QUIET: Color32 = Color32::from_gray(170);
 /// Behind text that lies over a picture.
 pub const OVER_PICTURE: Color32 = Color32::from_black_alpha(205);
-/// What is chosen, dragged or on now, and nothing else.
+/// Colour of things that are chosen, dragged or on now, and nothing else.
 pub const ACCENT: Color32 = Color32::from_rgb(232, 170, 76);
-/// What is wrong and a person has to know or put right, and the verdict "bad"; words always stand beside it.
+/// Colour of faults that a person has to know or put right, and of the verdict "bad"; words always stand beside it.
 pub const WARNING: Color32 = Color32::from_rgb(252, 131, 121);
 /// The verdict "doubtful", and what is not quite right.
 pub const DOUBTFUL: Color32 = Color32::from_rgb(255, 250, 150);
@@ -29,9 +29,9 @@ pub const PRIMARY: Color32 = Color32::from_rgb(50, 116, 180);
 pub const CACHED: Color32 = Color32::from_rgb(108, 147, 192);
 /// Keys of what is animated.
 pub const KEY: Color32 = Color32::from_rgb(255, 192, 248);
-/// How the picture is looked at, which is not exported.
+/// Colour of the viewing settings, which are not exported.
 pub const VIEWING: Color32 = Color32::from_rgb(178, 149, 255);
-/// What is left of a control's colour while it cannot be used: it can still be read.
+/// Share of a control's colour that is left while it cannot be used: it can still be read.
 const DISABLED: f32 = 0.65;
 /// Greys of a button, and of one under the pointer; of one that is pressed or chosen, and of every other row.
 const BUTTON: u8 = 54;

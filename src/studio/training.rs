@@ -1,5 +1,5 @@
-//! What the window knows of the network's training: what is on disk, read in the background, and what a running
-//! job reports.
+//! The window's knowledge of the network's training: the records on disk, read in the background, and the reports of
+//! a running job.
 
 use super::layout::Pane;
 use base::progress::{Report, TrainingPictures, TrainingPoint};
@@ -9,7 +9,7 @@ use std::sync::Arc;
 use training::{History, Pace, Preset, Records, TrainSettings, TrainingConfig};
 use worker::{Event, Lookup, TRAINING};
 
-/// How to train, as a person chooses it.
+/// Training settings, as a person chooses them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainChoice {
     pub preset: Preset,
@@ -39,26 +39,26 @@ impl TrainChoice {
 /// The records on disk, and the running job.
 #[derive(Default)]
 pub struct Training {
-    /// What is on disk, once it is read.
+    /// Records on disk, once they are read.
     pub records: Option<Arc<Records>>,
     /// The curves: those on disk, and the running job's.
     pub history: History,
-    /// Where the running job stands.
+    /// Present point of the running job.
     pub point: Option<TrainingPoint>,
     /// The newest pictures.
     pub pictures: Option<Arc<TrainingPictures>>,
-    /// Whether training is running.
+    /// Training is running.
     pub running: bool,
-    /// How fast a run in this window was.
+    /// Pace of a run in this window.
     timed: Option<Pace>,
     /// The curves that the running or last job reported.
     live: History,
     reader: Option<Lookup<Project, Records>>,
-    /// Whether the reader is reading.
+    /// The reader is reading.
     reading: bool,
-    /// Whether what was read is up to date, or is being read.
+    /// The records in memory are up to date, or are being read.
     current: bool,
-    /// Whether the list of checkpoints is asked for while the pane is not shown.
+    /// The list of checkpoints is asked for while the pane is not shown.
     listed: bool,
 }
 
@@ -94,7 +94,7 @@ impl Training {
         }
     }
 
-    /// Whether the logs are read and nothing was trained yet.
+    /// True if the logs are read and nothing was trained yet.
     pub fn is_empty(&self) -> bool {
         let untouched = |records: &Records| records.present.is_none() && records.failure.is_none();
         let untouched = self.records.as_deref().is_some_and(untouched);
@@ -106,7 +106,7 @@ impl Training {
         self.pictures = newer.or(self.pictures.take());
     }
 
-    /// Whether everything on disk has been read.
+    /// True if everything on disk has been read.
     pub fn is_current(&self) -> bool {
         self.current && !self.reading
     }
@@ -116,7 +116,7 @@ impl Training {
         self.listed = true;
     }
 
-    /// Whether everything on disk has been read or is being read.
+    /// True if everything on disk has been read or is being read.
     pub fn is_asked(&self) -> bool {
         self.current
     }
@@ -170,7 +170,7 @@ impl Training {
         chosen.or_else(fitting).unwrap_or_default()
     }
 
-    /// Why training cannot resume from the checkpoint with this choice; None if it can.
+    /// Reason training cannot resume from the checkpoint with this choice; None if it can.
     pub fn refusal(&self, choice: &TrainChoice, project: &Project) -> Option<String> {
         let present = self.records.as_ref()?.present.as_ref()?;
         let network = |preset: Preset| preset.config().network(project);
@@ -205,7 +205,7 @@ impl Training {
         }
     }
 
-    /// How fast this machine trains, if known.
+    /// Pace of training on this machine, if known.
     pub fn pace(&self) -> Option<Pace> {
         self.timed.or_else(|| self.records.as_ref()?.pace())
     }

@@ -21,7 +21,7 @@ pub struct Plan {
     pub name: String,
     /// Working size in pixels.
     pub size: usize,
-    /// How many of the lamps to use; None for all.
+    /// Number of lamps to use; None for all.
     pub lamps: Option<usize>,
     /// Files and folders that the person brought one by one, in place of a shoot's folder.
     pub parts: Vec<PlannedPart>,
@@ -31,7 +31,7 @@ pub struct Plan {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedPart {
     pub path: PathBuf,
-    /// What the person says that it is; None as it is guessed.
+    /// Kind of part according to the person; None to guess it.
     pub slot: Option<Slot>,
     /// When it was dropped, in seconds of the window's clock, until it is seen where the pointer was.
     pub landed_s: Option<f64>,
@@ -85,7 +85,7 @@ impl Plan {
         }
     }
 
-    /// Whether the shoot is gathered part by part.
+    /// True if the shoot is gathered part by part.
     pub fn is_gathered(&self) -> bool {
         typed(&self.shoot).is_none() && !self.parts.is_empty()
     }
@@ -125,12 +125,12 @@ fn unreadable(folder: PathBuf, error: &Error) -> Scan {
 pub struct Wizard {
     /// The plan; None if no project is planned.
     plan: Option<Plan>,
-    /// What the last scanned folder holds.
+    /// Content of the last scanned folder.
     scan: Option<Scan>,
     /// The folder that was asked for last.
     asked: Option<PathBuf>,
     lookup: Option<Lookup<PathBuf, Scan>>,
-    /// What brought files turned out to be.
+    /// Kinds of the brought files.
     candidates: HashMap<PathBuf, Candidate>,
     /// The file that is looked at.
     looking: Option<PathBuf>,
@@ -141,18 +141,18 @@ pub struct Wizard {
 #[derive(Clone, Copy)]
 pub struct Brought<'a> {
     pub part: &'a PlannedPart,
-    /// None while it is looked at.
+    /// None while it is being read.
     pub candidate: Option<&'a Candidate>,
 }
 
 impl Brought<'_> {
-    /// What it is: as it is said, or guessed.
+    /// Kind of part: given, or guessed.
     pub fn slot(&self) -> Option<Slot> {
         self.part.slot.or_else(|| self.candidate?.guess)
     }
 }
 
-/// Where the map of gathered parts is kept in the project's folder.
+/// Path of the map of gathered parts in the project's folder.
 pub const MAP: &str = "shoot.toml";
 
 impl Wizard {
@@ -161,7 +161,7 @@ impl Wizard {
         self.plan.as_ref()
     }
 
-    /// What the chosen shoot's folder holds; None while it is scanned.
+    /// Content of the chosen shoot's folder; None while it is scanned.
     pub fn scan(&self) -> Option<&Scan> {
         let shoot = typed(&self.plan.as_ref()?.shoot)?;
         self.scan.as_ref().filter(|scan| scan.folder == shoot)
@@ -178,7 +178,7 @@ impl Wizard {
         self.brought().filter_map(|one| Some((one.slot()?, one.candidate?))).collect()
     }
 
-    /// What gathered parts amount to, as if they were a scanned folder; None if there is no interview yet.
+    /// Scan of the gathered parts, as if they were a scanned folder; None if there is no interview yet.
     pub fn gathered_scan(&self) -> Option<Scan> {
         let parts = self.gathered();
         let interview = parts.iter().find(|(slot, _)| *slot == Slot::Interview)?.1;
@@ -256,7 +256,7 @@ impl Wizard {
         }
     }
 
-    /// Why no project can be made of the gathered parts.
+    /// Reason no project can be made of the gathered parts.
     fn obstacle(&self) -> Option<&'static str> {
         if self.brought().any(|one| one.candidate.is_none()) {
             return Some("The files are still being read");

@@ -71,7 +71,7 @@ pub struct WorkspaceView<'a> {
     pub out: &'a mut Vec<Command>,
     /// Those that were drawn.
     pub drawn: Vec<Pane>,
-    /// Whether the arrangement was changed.
+    /// The arrangement was changed.
     pub edited: bool,
 }
 

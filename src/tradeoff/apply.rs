@@ -13,13 +13,13 @@ use serde::Serialize;
 use std::path::PathBuf;
 use training::checkpoints;
 
-/// What was taken over.
+/// Settings that the project took over.
 #[derive(Clone, Debug, Serialize)]
 pub struct Applied {
     pub rung: String,
-    /// How its predictions are to be kept and lit.
+    /// Storage and lighting of its predictions.
     pub show: Show,
-    /// Where the project's calibration and network are now, if they were for another size or other lamps. A network of the
+    /// New place of the project's calibration and network, if they were for another size or other lamps. A network of the
     /// same shape is set aside among the checkpoints.
     pub aside: Option<PathBuf>,
 }

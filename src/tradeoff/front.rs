@@ -1,9 +1,9 @@
-//! Which rungs are worth their time, and which one a person wants.
+//! The rungs that are worth their time, and the one that a person wants.
 
 use super::measure::Measured;
 
-/// Whether each rung is on the Pareto front: no other is both faster and nearer to the truth, or as good in one and better
-/// in the other. Rungs with effects are left out, since they show another picture.
+/// For each rung, true if it is on the Pareto front: no other is both faster and nearer to the truth, or as good in one and
+/// better in the other. Rungs with effects are left out, since they show another picture.
 pub fn front(rungs: &[Measured]) -> Vec<bool> {
     let place = |measured: &Measured| {
         let is_comparable = measured.changes_db.is_none();
@@ -17,7 +17,7 @@ pub fn front(rungs: &[Measured]) -> Vec<bool> {
     all.iter().map(on).collect()
 }
 
-/// What a person asks of a rung.
+/// A person's demand on a rung.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pick {
     /// The nearest to the truth in at most so many milliseconds a frame.

@@ -1,4 +1,4 @@
-//! What predictions are compared with: frames whose truth is known, or a pose that no network has seen.
+//! References for predictions: frames whose truth is known, or a pose that no network has seen.
 
 use super::ladder::TradeoffSettings;
 use base::error::{Error, Result};
@@ -21,7 +21,7 @@ const MOST_OLATS: usize = 1 << 30;
 /// Environments that a held-out pose is relit under.
 const ENVIRONMENTS: usize = 3;
 
-/// What a project's rungs are compared with.
+/// Reference for a project's rungs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Against {
@@ -32,7 +32,7 @@ pub enum Against {
 }
 
 impl Against {
-    /// What the settings ask for; without a wish the middle pose.
+    /// The reference that the settings ask for; without a wish the middle pose.
     ///
     /// # Errors
     /// When there are too few poses, or no such pose.
@@ -76,7 +76,7 @@ pub struct Lit {
     pub yaw_deg: f32,
 }
 
-/// What is compared, and how it truly looks.
+/// The compared pictures and their true looks.
 pub struct Judge {
     pub lit: Vec<Lit>,
     pub subject: Subject,
@@ -199,17 +199,17 @@ impl Judge {
         }
     }
 
-    /// How many pictures each environment has.
+    /// Number of pictures of each environment.
     pub fn count(&self) -> usize {
         self.truths.len()
     }
 
-    /// How case `case` truly looks under environment `lit`.
+    /// True look of case `case` under environment `lit`.
     pub fn relit(&self, case: usize, lit: usize) -> &Image {
         &self.truths[case][lit]
     }
 
-    /// How case `case` truly looks under each lamp of the project, if that is known.
+    /// True look of case `case` under each lamp of the project, if that is known.
     pub fn olats(&self, case: usize) -> Option<&[Image]> {
         self.olats[case].as_deref()
     }

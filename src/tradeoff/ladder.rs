@@ -13,7 +13,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use training::{Preset, TrainingConfig};
 
-/// What to measure, and against what.
+/// Settings of a measurement and its reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 pub struct TradeoffSettings {
     /// Compare with the truth in this folder, which has truth.json and truth/.
@@ -40,7 +40,7 @@ pub struct TradeoffSettings {
     /// training come first, with all seeds, then all other rungs with the first seed, then the rest.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=20))]
     pub seeds: u64,
-    /// What the pictures show that are compared, at the plate's resolution: the whole plate, or the square that the network
+    /// Part of the plate in the compared pictures, at the plate's resolution: the whole plate, or the square that the network
     /// sees (box).
     #[arg(long, value_enum, default_value_t)]
     pub at: PictureSize,
@@ -54,7 +54,7 @@ pub struct TradeoffSettings {
     #[arg(long)]
     #[serde(skip)]
     pub fresh: bool,
-    /// Where the network runs.
+    /// Device of the network.
     #[arg(long, value_enum, default_value_t)]
     #[serde(skip)]
     pub device: DeviceChoice,
@@ -89,13 +89,13 @@ fn base_minutes(text: &str) -> std::result::Result<f64, String> {
     base::numbers::within(0.001f64..=1e4)(text)
 }
 
-/// What a rung changes.
+/// The setting that a rung changes.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ValueEnum,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Knob {
-    /// How long the network is trained; 0: exemplars carried over alone.
+    /// Training time of the network; 0: exemplars carried over alone.
     Minutes,
     /// The size that the network sees; light is brought to the plate's size from there.
     Size,
@@ -105,25 +105,25 @@ pub enum Knob {
     Depth,
     /// Lamps that a step of training compares.
     LampsPerStep,
-    /// What pictures are compared by in training.
+    /// Features by which training compares pictures.
     Features,
-    /// How much relit pictures count in training, beside OLATs.
+    /// Weight of relit pictures in training, beside OLATs.
     Rendering,
-    /// How much light that changes with small movements counts in training.
+    /// Weight in training of light that changes with small movements.
     Steadiness,
-    /// How exactly the network multiplies.
+    /// Precision of the network's products.
     Precision,
     /// Lamps that the network predicts.
     Lamps,
-    /// How predicted OLATs are kept.
+    /// Storage of predicted OLATs.
     Field,
-    /// How an environment is given to the lamps.
+    /// Weighting of the lamps for an environment.
     Weights,
     /// Texels of the environment that the light is taken from.
     Environment,
     /// Each effect at half of its largest strength.
     Effects,
-    /// What paid by itself, together.
+    /// Changes that paid by themselves, together.
     Together,
 }
 
@@ -134,7 +134,7 @@ impl Knob {
         value.map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// What a person reads.
+    /// Name for people.
     pub fn label(self) -> &'static str {
         match self {
             Self::Minutes => "Training time",
@@ -155,7 +155,7 @@ impl Knob {
         }
     }
 
-    /// Whether it asks for a network of its own.
+    /// True if it asks for a network of its own.
     pub fn trains(self) -> bool {
         !matches!(self, Self::Field | Self::Weights | Self::Environment | Self::Effects)
     }
@@ -173,7 +173,7 @@ pub struct Network {
     pub config: TrainingConfig,
 }
 
-/// How predictions are kept and lit.
+/// Storage and lighting of predictions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Show {
     pub storage: Storage,
@@ -188,12 +188,12 @@ pub struct Show {
 /// One way to go.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rung {
-    /// What it changes, such as `size=64`; `base` changes nothing.
+    /// Name of its change, such as `size=64`; `base` changes nothing.
     pub name: String,
     /// None of the base.
     pub knob: Option<Knob>,
     pub network: Network,
-    /// How long its network is trained.
+    /// Minutes of its network's training.
     pub minutes: f64,
     pub show: Show,
 }
@@ -201,7 +201,7 @@ pub struct Rung {
 /// The name of the rung that all others are compared with.
 pub const BASE: &str = "base";
 
-/// What the rungs of a project depend on.
+/// Facts of a project that decide its rungs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facts {
     /// The project's working size in pixels.
@@ -212,7 +212,7 @@ pub struct Facts {
     pub lamps: usize,
     /// Poses to train with.
     pub poses: usize,
-    /// Whether the weights' kinds can be told apart: only a truth can.
+    /// The weights' kinds can be told apart: only a truth can do so.
     pub has_truth: bool,
     /// Columns of the largest environment.
     pub environment_columns: usize,
@@ -253,7 +253,7 @@ fn asks(settings: &TradeoffSettings, knob: Knob) -> bool {
     settings.knobs.is_empty() || settings.knobs.contains(&knob)
 }
 
-/// How the base is trained, but for its minutes.
+/// Training of the base, but for its minutes.
 pub(crate) fn base_config() -> TrainingConfig {
     TrainingConfig { minutes: None, ..Preset::Quick.config() }
 }
@@ -399,7 +399,7 @@ pub fn order(rungs: &[Rung], seeds: Range<u64>) -> [Vec<(Rung, u64)>; 2] {
 }
 
 impl Rung {
-    /// Whether a step of its training does the same work as `other`'s.
+    /// True if a step of its training does the same work as `other`'s.
     pub(crate) fn steps_as(&self, other: &Self) -> bool {
         let work = |rung: &Self| {
             let network = rung.network.clone();

@@ -1,4 +1,4 @@
-//! What was measured, on disk: `tradeoff/ladder.json` in the project's folder, with a table for other programs beside it.
+//! Measured rungs on disk: `tradeoff/ladder.json` in the project's folder, with a table for other programs beside it.
 
 use super::csv::csv;
 use super::judge::Against;
@@ -27,7 +27,7 @@ pub fn folder(project: &Project) -> PathBuf {
 pub struct Ledger {
     pub format: u32,
     pub machine: Machine,
-    /// Where the networks run, and why there.
+    /// Device of the networks, and the reason for it.
     pub device: String,
     pub settings: TradeoffSettings,
     pub against: Against,
@@ -46,7 +46,7 @@ pub struct Ledger {
     pub rungs: Vec<Measured>,
     /// Rungs that could not be measured, and why.
     pub failures: Vec<Failure>,
-    /// How many rungs are planned.
+    /// Number of planned rungs.
     pub planned: usize,
     /// The rung that the project uses now, if one was applied.
     pub applied: Option<String>,
@@ -60,7 +60,7 @@ pub struct Failure {
     pub sentence: String,
 }
 
-/// What of a project a rung may change.
+/// Parts of a project that a rung may change.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Base {
     pub size: usize,
@@ -120,7 +120,7 @@ impl Ledger {
         })
     }
 
-    /// What was measured in a project; None if nothing was.
+    /// The ledger of a project; None if nothing was measured.
     ///
     /// # Errors
     /// When the file cannot be read, or is of another version.
@@ -180,7 +180,7 @@ impl Ledger {
         }
     }
 
-    /// Whether what was measured under `other` goes on under this: all but machine, rungs and what was applied is equal.
+    /// True if the measurements under `other` go on under this: all but machine, rungs and the applied rung is equal.
     pub(crate) fn continues(&self, other: &Self) -> bool {
         let asked = |settings: &TradeoffSettings| TradeoffSettings {
             fresh: false,
@@ -249,7 +249,7 @@ impl Ledger {
     }
 }
 
-/// What the figures depend on besides the settings: the pictures that are used, the lamps and the camera's response.
+/// Mark of all that the figures depend on besides the settings: the used pictures, the lamps and the camera's response.
 fn basis(project: &Project) -> Result<u32> {
     let mut settings = project.settings.clone();
     // What an applied rung changes, and names, change nothing.

@@ -1,4 +1,4 @@
-//! What accuracy costs in time, measured on a person's own footage and machine.
+//! Cost of accuracy in time, measured on a person's own footage and machine.
 //!
 //! A *rung* is one way to go: a network of some shape, trained for some minutes, and how its predictions are kept and
 //! lit. The rungs turn one knob at a time, then those that pay together. Each is measured: how long a frame takes, what

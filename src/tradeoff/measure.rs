@@ -28,10 +28,10 @@ use transfer::{FineField, OlatPredictor};
 /// Frames that are timed: at least and at most so many, for no longer than this.
 const TIMED: std::ops::RangeInclusive<usize> = 3..=15;
 const TIMED_FOR: Duration = Duration::from_secs(6);
-/// How far the light turns from one timed frame to the next, in degrees.
+/// Turn of the light from one timed frame to the next, in degrees.
 const TURN_DEG: f32 = 7.0;
 
-/// What a rung costs.
+/// Cost of a rung.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Milliseconds for a frame: prediction, weights, picture.
@@ -49,7 +49,7 @@ pub struct Spread {
     /// The tenth and the ninetieth of a hundred.
     pub low: f64,
     pub high: f64,
-    /// How many were timed.
+    /// Number of timed frames.
     pub count: usize,
 }
 
@@ -80,7 +80,7 @@ impl Spread {
 pub struct Measured {
     pub rung: Rung,
     pub seed: u64,
-    /// What its cost was thought to be before, from the base's and the networks' shapes.
+    /// Its cost as predicted before, from the base's and the networks' shapes.
     pub predicted: Option<Cost>,
     pub cost: Cost,
     /// Times of a frame as on the machine when it was quietest: [`Self::timed`], less what the base was slower in turn.
@@ -99,13 +99,13 @@ pub struct Measured {
     pub relit_psnr_db: Vec<(String, f64)>,
     /// Of the OLATs, if the rung predicts those of the project and their truth is known.
     pub olat_psnr_db: Option<f64>,
-    /// How much its effects change the picture: PSNR of the codes beside those without, in decibels.
+    /// Change of the picture by its effects: PSNR of the codes beside those without, in decibels.
     pub changes_db: Option<f64>,
     /// Flicker beyond the interview's own, in per cent, over consecutive frames.
     pub flicker: Option<f64>,
-    /// Where the network ran.
+    /// Device of the network.
     pub device: String,
-    /// Which build of the program measured it; empty in ladders of older versions.
+    /// Build of the program that measured it; empty in ladders of older versions.
     #[serde(default)]
     pub build: String,
     /// A picture of the first frame under the first environment, in the folder `pictures`.
@@ -158,7 +158,7 @@ impl Keeper {
     }
 }
 
-/// What was found out about a rung.
+/// Results for a rung.
 pub struct Found {
     pub timed: Spread,
     pub base_ms: f64,
@@ -332,7 +332,7 @@ fn predicted_case(trained: &Trained, judge: &Judge, index: usize) -> Result<(Cas
     Ok((Case { plate, ..case }, predicted))
 }
 
-/// What timing found.
+/// Results of timing.
 struct Timed {
     frame: Spread,
     base_ms: f64,
@@ -444,7 +444,7 @@ fn time([rung, base]: &mut [Timer; 2], progress: &Progress) -> Result<Timed> {
     })
 }
 
-/// How far apart the codes of two pictures are, as PSNR in decibels; 120 if not at all.
+/// Difference between the codes of two pictures, as PSNR in decibels; 120 without one.
 fn change(a: &Picture, b: &Picture) -> Option<f64> {
     let (a, b) = (a.display.as_ref()?, b.display.as_ref()?);
     let pairs = a.0.pixels.iter().flatten().zip(b.0.pixels.iter().flatten());

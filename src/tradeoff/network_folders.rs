@@ -1,4 +1,4 @@
-//! Where a rung's network is trained and kept, and the project that it is trained in.
+//! Folders in which a rung's network is trained and kept, and the project that it is trained in.
 
 use super::ladder::Network;
 use super::ledger::folder;
@@ -8,13 +8,13 @@ use calibration::{CalibrateSettings, Calibration, calibrate, keep_lamps};
 use project::Project;
 use std::path::PathBuf;
 
-/// Where a network is trained.
+/// Folder of a network's training.
 pub fn run_folder(project: &Project, network: &Network, seed: u64) -> PathBuf {
     let name = format!("{}-{seed}", file_name(&network.name));
     folder(project).join("runs").join(name)
 }
 
-/// Where a network's weights after so many minutes are kept.
+/// Folder of a network's weights after so many minutes.
 pub fn mark(project: &Project, network: &Network, minutes: f64, seed: u64) -> PathBuf {
     run_folder(project, network, seed).join(format!("at-{minutes:.4}-minutes"))
 }

@@ -1,5 +1,5 @@
-//! How long steps of training take, so that networks are trained by steps: a clock would take them away from whichever network
-//! is in training while the machine has other work.
+//! Time of training steps, so that networks are trained by steps: a clock would take them away from whichever network is in
+//! training while the machine has other work.
 
 use super::ladder::Rung;
 use base::error::Result;
@@ -12,7 +12,7 @@ use training::{Trainer, steps_ms};
 const SHARE: f64 = 0.03;
 const MOST: Duration = Duration::from_secs(3);
 
-/// What was timed.
+/// Times of steps.
 #[derive(Default)]
 pub struct Pace {
     /// Networks' names, and how many times as long as the base's their steps take.
@@ -29,7 +29,7 @@ impl Pace {
         Ok(once.min(again))
     }
 
-    /// How many times as long as the base's a rung's steps take.
+    /// Time of a rung's steps as a multiple of the base's.
     ///
     /// # Errors
     /// As [`Self::base_ms`].

@@ -1,18 +1,18 @@
-//! What a ladder's measurement says to people and to other programs.
+//! Words and table of a ladder's measurement for people and for other programs.
 
 use super::ledger::Failure;
 use super::measure::Measured;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What was measured.
+/// Results of a measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct TradeoffReport {
     /// The table for other programs.
     pub table: PathBuf,
     pub compared_with: String,
     pub rungs: Vec<Measured>,
-    /// Whether each of them is on the Pareto front.
+    /// For each of them, true if it is on the Pareto front.
     pub on_front: Vec<bool>,
     pub failures: Vec<Failure>,
 }
@@ -52,7 +52,7 @@ impl TradeoffReport {
     }
 }
 
-/// Which seed a rung has, if there are several.
+/// Seed of a rung, if there are several.
 fn seed_words(all: &[Measured], of: &Measured) -> String {
     if all.iter().any(|m| m.seed != of.seed) {
         format!(" (seed {})", of.seed)

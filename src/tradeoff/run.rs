@@ -136,7 +136,7 @@ impl<'a> Climb<'a> {
         })
     }
 
-    /// What was measured before, if it goes on, or nothing.
+    /// Earlier measurements, if they go on, or nothing.
     fn ledger(
         project: &Project,
         settings: &TradeoffSettings,
@@ -230,7 +230,7 @@ impl<'a> Climb<'a> {
         self.ledger.save(self.project)
     }
 
-    /// How long the training of what is not measured takes.
+    /// Training time of the rungs that are not measured.
     fn left(&self) -> String {
         let first = self.project.settings.seed;
         let mut minutes = 0.0;
@@ -342,7 +342,7 @@ impl<'a> Climb<'a> {
         })
     }
 
-    /// What a rung will cost, from what the base cost and the networks' shapes; None before the base is measured.
+    /// Predicted cost of a rung, from the base's cost and the networks' shapes; None before the base is measured.
     fn predicted(&self, rung: &Rung, seed: u64) -> Option<Cost> {
         let base = self.ledger.measured(BASE, seed)?;
         let shape = |network: &Network| {
@@ -382,7 +382,7 @@ impl<'a> Climb<'a> {
         })
     }
 
-    /// How many steps fit into a rung's minutes when nothing slows them down.
+    /// Number of steps that fit into a rung's minutes when nothing slows them down.
     fn steps(&mut self, rung: &Rung) -> Result<u64> {
         let base = &self.rungs[0];
         let base_ms = match self.ledger.base_step_ms {

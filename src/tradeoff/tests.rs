@@ -69,7 +69,7 @@ fn every_knob_is_turned_alone_and_the_budget_is_shared_out() {
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), all.len());
-    // Each network is trained once, to the longest time that is asked of it; two more are kept for what pays together.
+    // Each network is trained once, to the longest time of all settings; two more are kept for what pays together.
     let mut networks = std::collections::BTreeMap::<&str, f64>::new();
     for rung in &all {
         let most = networks.entry(&rung.network.name).or_default();

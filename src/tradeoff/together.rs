@@ -10,8 +10,8 @@ const LOSS_DB: f64 = 0.3;
 /// … if it takes at most this share of the base's time.
 const FASTER: f64 = 0.95;
 
-/// What would pay together: what gains, and what is faster without losing much. Only what changes two knobs or more is
-/// new.
+/// Combined rungs that would pay: of changes that gain, and of changes that are faster without losing much. Only a rung that
+/// changes two knobs or more is new.
 pub(super) fn together(measured: &[&Measured]) -> Vec<Rung> {
     let Some(base) = measured.iter().find(|m| m.rung.name == BASE) else {
         return Vec::new();

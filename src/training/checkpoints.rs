@@ -28,9 +28,9 @@ pub struct SavedCheckpoint {
     pub name: String,
     /// Counts the project's saved checkpoints.
     pub number: u64,
-    /// Whether it was set aside, and so is never removed.
+    /// It was set aside, and so is never removed.
     pub aside: bool,
-    /// Whether it is the project's current checkpoint.
+    /// It is the project's current checkpoint.
     pub present: bool,
     /// Bytes on disk.
     pub bytes: u64,
@@ -38,13 +38,13 @@ pub struct SavedCheckpoint {
 }
 
 impl SavedCheckpoint {
-    /// Where it is.
+    /// Folder of the checkpoint.
     pub fn folder(&self, project: &Project) -> PathBuf {
         folder(project).join(&self.name)
     }
 }
 
-/// Why a checkpoint is kept.
+/// Reason for keeping a checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
     /// Training saved it.
@@ -277,8 +277,8 @@ fn restore(from: &Path, to: &Path) -> Result<()> {
     }
 }
 
-/// Whether checkpoint `number` stays when `newest` is the last: of the numbers that 2^k divides and 2^(k+1)
-/// does not, the last two stay. So ages double, and of n checkpoints at most 2·(log2 n + 1) stay.
+/// True if checkpoint `number` stays when `newest` is the last: of the numbers that 2^k divides and 2^(k+1) does not, the
+/// last two stay. So ages double, and of n checkpoints at most 2·(log2 n + 1) stay.
 fn stays(number: u64, newest: u64) -> bool {
     let lasts = 4u64.checked_shl(number.trailing_zeros());
     lasts.is_none_or(|lasts| newest.saturating_sub(number) < lasts)

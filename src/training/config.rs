@@ -61,7 +61,7 @@ pub struct TrainingConfig {
     pub learning_rate: f64,
     /// Steps over which the rate grows linearly from zero.
     pub warm_up: u64,
-    /// Whether the rate falls along a half cosine to 2 % by the end of the run.
+    /// The rate falls along a half cosine to 2 % by the end of the run.
     pub decay: bool,
     /// The common norm of all gradients is clipped to this.
     pub gradient_norm: f32,
@@ -89,7 +89,7 @@ pub struct TrainingConfig {
     pub recompute: bool,
 }
 
-/// What a run is asked to do.
+/// Settings of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 pub struct TrainSettings {
     #[arg(skip = Preset::Quick.config())]
@@ -103,7 +103,7 @@ pub struct TrainSettings {
     /// Start over instead of continuing from the checkpoint.
     #[arg(long)]
     pub fresh: bool,
-    /// Where the network runs.
+    /// Device of the network.
     #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
 }

@@ -1,4 +1,4 @@
-//! What a preset will cost, before it has run.
+//! Cost of a preset, before it has run.
 
 use super::checkpoints;
 use super::config::{Preset, TrainingConfig};
@@ -6,7 +6,7 @@ use super::schedule::Schedule;
 use project::Project;
 use reflectance::UNetConfig;
 
-/// How fast this machine trains a network.
+/// This machine's speed in training a network.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
     pub seconds_per_step: f64,
@@ -14,18 +14,18 @@ pub struct Pace {
     pub multiply_adds: u64,
 }
 
-/// What a run will cost.
+/// Cost of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunCost {
     /// Seconds of training. None if nothing was timed yet and the run is not limited by time.
     pub seconds: Option<f64>,
     /// Steps. None if nothing was timed yet and the run is limited by time.
     pub steps: Option<u64>,
-    /// Whether a network of exactly this cost was timed; otherwise its time is scaled by the multiply-adds.
+    /// A network of exactly this cost was timed; otherwise its time is scaled by the multiply-adds.
     pub timed: bool,
 }
 
-/// What a run's checkpoints take on the disk.
+/// Space of a run's checkpoints on the disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DiskCost {
     /// Bytes of one, with what training needs to continue.
@@ -35,7 +35,7 @@ pub struct DiskCost {
 }
 
 impl TrainingConfig {
-    /// What the checkpoints of a run of so many `seconds` take; None if that is unknown. With `held_out` poses a checkpoint
+    /// Space of the checkpoints of a run of so many `seconds`; None if that is unknown. With `held_out` poses a checkpoint
     /// holds the best network beside the newest.
     pub fn disk(&self, project: &Project, held_out: usize, seconds: Option<f64>) -> DiskCost {
         // The network, the one that trains, and the optimiser's two moments; with a held-out pose the average too.
@@ -81,8 +81,7 @@ impl TrainingConfig {
         }
     }
 
-    /// What a run from the start will cost at this pace, with all of the interview's frames and all but
-    /// `held_out` poses.
+    /// Cost of a run from the start at this pace, with all of the interview's frames and all but `held_out` poses.
     pub fn cost(&self, project: &Project, held_out: usize, pace: Option<Pace>) -> RunCost {
         let shoot = &project.settings.shoot;
         let poses = shoot.poses.len().saturating_sub(held_out).max(1);
@@ -109,7 +108,7 @@ impl TrainingConfig {
 }
 
 impl Preset {
-    /// What the preset is called.
+    /// Name of the preset.
     pub fn name(self) -> &'static str {
         match self {
             Self::Quick => "quick",
@@ -118,7 +117,7 @@ impl Preset {
         }
     }
 
-    /// What people call it.
+    /// Name of the preset for people.
     pub fn label(self) -> &'static str {
         match self {
             Self::Quick => "Quick",
@@ -127,7 +126,7 @@ impl Preset {
         }
     }
 
-    /// What it is for.
+    /// Purpose of the preset.
     pub fn purpose(self) -> &'static str {
         match self {
             Self::Quick => "Best picture in ten minutes on two cores",

@@ -42,7 +42,7 @@ pub struct TrainingData {
     /// Weights of the lamps in the interview's light, exposure included, `[lamps, 3, 1, 1]`:
     /// [`Calibration::learnt_light`].
     pub weights: Tensor<4>,
-    /// What an output of 1 stands for, in linear units (of the ratio, if that is learnt).
+    /// Value of an output of 1, in linear units (of the ratio, if that is learnt).
     pub scale: f32,
     /// Brings OLATs to about the exposure of the interview before they are compared.
     pub olat_gain: f32,

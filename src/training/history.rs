@@ -18,9 +18,9 @@ const PACE_STEPS: usize = 64;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct History {
     points: Vec<LossPoint>,
-    /// How often neighbours were joined.
+    /// Number of joins of neighbours.
     halvings: u32,
-    /// How many points the last one stands for.
+    /// Number of points that the last one stands for.
     last: u32,
     /// Seconds that one of the last steps took.
     seconds_per_step: Option<f64>,

@@ -20,7 +20,7 @@ pub const EPSILON: f32 = 1e-4;
 /// Scales of the built-in features.
 const SCALES: usize = 3;
 
-/// What pictures are compared by.
+/// Comparison of pictures.
 pub struct Criterion {
     /// None means the built-in features.
     pub features: Option<Features>,

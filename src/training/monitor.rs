@@ -1,4 +1,4 @@
-//! What a run shows while it runs: figures a few times a second, pictures now and then.
+//! Figures of a run a few times a second while it runs, pictures now and then.
 
 use super::pose_prediction::PosePrediction;
 use super::report::StepReport;
@@ -19,7 +19,7 @@ const PICTURES_SHARE: u32 = 100;
 /// Steps after which the run's duration is estimated.
 const FIRST_STEPS: u64 = 20;
 
-/// What has happened since the last report.
+/// Events since the last report.
 #[derive(Default)]
 pub(super) struct Monitor {
     reconstruction: Mean,

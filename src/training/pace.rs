@@ -1,4 +1,4 @@
-//! How long a step of one network takes beside a step of another, on a machine that may do other work.
+//! Time of a step of one network beside a step of another, on a machine that may do other work.
 
 use super::config::TrainingConfig;
 use super::schedule::Schedule;

@@ -1,4 +1,4 @@
-//! What a project's folder holds of its training.
+//! Records of training in a project's folder.
 
 use super::checkpoints::{self, SavedCheckpoint};
 use super::cost::Pace;
@@ -14,9 +14,9 @@ pub struct Records {
     pub present: Option<CheckpointInfo>,
     /// Checkpoints to go back to, the newest first.
     pub kept: Vec<SavedCheckpoint>,
-    /// Whether the project is calibrated.
+    /// The project is calibrated.
     pub calibrated: bool,
-    /// Why a file could not be read.
+    /// Reason for a failed read of a file.
     pub failure: Option<String>,
 }
 
@@ -38,7 +38,7 @@ impl Records {
         }
     }
 
-    /// How fast this machine trained the network of the checkpoint, as far as the log says.
+    /// Speed at which this machine trained the network of the checkpoint, as far as the log says.
     pub fn pace(&self) -> Option<Pace> {
         Some(Pace {
             seconds_per_step: self.history.seconds_per_step()?,

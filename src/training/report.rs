@@ -1,18 +1,18 @@
-//! What training reports: of one step, and of a whole run.
+//! Reports of training: of one step, and of a whole run.
 
 use reflectance::checkpoint::HeldOut;
 use serde::Serialize;
 
-/// What a run did.
+/// Result of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct TrainReport {
     /// Steps made since the start, including earlier runs.
     pub steps: u64,
     /// Seconds of training since the start, including earlier runs.
     pub seconds: f64,
-    /// Where the network ran and why.
+    /// Device of the network, and the reason for it.
     pub device: String,
-    /// What pictures were compared by.
+    /// Features by which pictures were compared.
     pub features: String,
     /// Number of the network's parameters.
     pub parameters: usize,
@@ -52,6 +52,6 @@ pub struct StepReport {
     pub rendering: Option<f32>,
     pub gradient_norm: f32,
     pub learning_rate: f64,
-    /// Whether the weights were changed; a step with a NaN or infinite loss or gradient is skipped.
+    /// The weights were changed; a step with a NaN or infinite loss or gradient is skipped.
     pub taken: bool,
 }

@@ -1,12 +1,11 @@
-//! Which picture a step learns from: a pure function of the step, so that a resumed run continues as if it
-//! had never stopped.
+//! Picture that a step learns from: a pure function of the step, so that a resumed run continues as if it had never stopped.
 
 use super::config::TrainingConfig;
 use chacha20::ChaCha8Rng;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 
-/// What one step learns from.
+/// Source of one step's learning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SampleSource {
     /// Exemplar number `pose`, with both losses.
@@ -73,7 +72,7 @@ impl Schedule {
         low
     }
 
-    /// What step number `step`, from 0, learns from. Each epoch has its own order, drawn from the seed.
+    /// Source of step number `step`, from 0. Each epoch has its own order, drawn from the seed.
     pub fn source(&self, step: u64) -> SampleSource {
         let (round, within) = (step / self.round_steps(), step % self.round_steps());
         let exemplar_steps = u64::from(self.exemplar_epochs) * self.poses as u64;
@@ -104,7 +103,7 @@ impl Schedule {
         (rng.random_range(-most..=most), rng.random_range(-most..=most))
     }
 
-    /// Which of `count` variants of an exemplar step `step` shows.
+    /// Number of the exemplar variant, of `count`, that step `step` shows.
     pub fn variant(&self, step: u64, count: usize) -> usize {
         draw(self.seed, step, 3).random_range(0..count)
     }

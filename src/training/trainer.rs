@@ -24,7 +24,7 @@ use reflectance::{UNet, UNetConfig};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// How far a frame is moved to see whether outputs stay, in pixels.
+/// Shift of a frame in pixels to test if outputs stay.
 const STEADY_SHIFT: i64 = 2;
 
 /// A network in training.
@@ -252,7 +252,7 @@ impl Trainer {
         StepReport { reconstruction, rendering, gradient_norm, learning_rate, taken }
     }
 
-    /// What pictures are compared by, in words.
+    /// Features by which pictures are compared, in words.
     pub(super) fn features(&self) -> String {
         match (&self.criterion.features, &self.config.features) {
             (Some(features), Some(path)) => {
@@ -298,7 +298,7 @@ impl Trainer {
         self.best.as_ref().unwrap_or(&self.average)
     }
 
-    /// Where the run stands.
+    /// State of the run.
     pub fn info(&self) -> &CheckpointInfo {
         &self.info
     }
@@ -338,7 +338,7 @@ impl Trainer {
     }
 }
 
-/// What a run starts from.
+/// Start of a run.
 struct Start {
     info: CheckpointInfo,
     live: UNet,

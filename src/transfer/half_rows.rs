@@ -13,7 +13,7 @@ pub struct HalfRows {
     /// Row of each pixel. The first row is zeros.
     rows: Vec<u32>,
     values: Vec<f16>,
-    /// What a value of 1 stands for.
+    /// Value of a stored 1.
     scale: f32,
 }
 

@@ -1,4 +1,4 @@
-//! Where the pixels of a frame lie in a pose.
+//! Places of a frame's pixels in a pose.
 
 use glam::Mat3;
 use imaging::Raster;

@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 /// Share of a trained network in the mean of network and transfer where exemplars explain the frame: errors of both are unlike.
 /// docs/method.md has the figures.
 const NETWORK_SHARE: f32 = 0.1;
-/// How much larger the share is where no exemplar explains the frame.
+/// Addition to the share where no exemplar explains the frame.
 const UNKNOWN_SHARE: f32 = 0.5;
 /// [`Carried::unlike`] at which it is larger by half of that.
 const UNLIKE: f32 = 0.4;

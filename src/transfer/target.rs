@@ -157,7 +157,7 @@ impl<'a> Target<'a> {
         picture
     }
 
-    /// How far a picture under the interview's light is from the frame: root mean square of the ratio's logarithm, less its
+    /// Distance from the frame of a picture under the interview's light: root mean square of the ratio's logarithm, less its
     /// median, in a small window, and the share of a pixel that is not covered.
     pub fn unlike(&self, lit: &Raster<f32>, coverage: &Mask) -> Mask {
         let ratio = |(a, b): (&f32, &f32)| a.max(self.dark).ln() - b.max(self.dark).ln();

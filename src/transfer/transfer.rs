@@ -60,8 +60,8 @@ pub struct Transfer {
 pub struct Carried {
     /// Linear OLATs, 0 outside the matte.
     pub field: ReflectanceField,
-    /// How far each pixel is from the best exemplar's prediction under the interview's light: root mean square of the natural
-    /// logarithm of their ratio in a small window, more where that exemplar shows no subject.
+    /// Distance of each pixel from the best exemplar's prediction under the interview's light: root mean square of the
+    /// natural logarithm of their ratio in a small window, more where that exemplar shows no subject.
     pub unlike: Mask,
     /// The pose that is most like the frame, by its number; None without poses.
     pub pose: Option<usize>,
@@ -160,8 +160,8 @@ impl Transfer {
         PoseTurns(poses.flat_map_iter(turns_to).collect())
     }
 
-    /// How far each pixel of a frame is from another frame that is matched with it, as [`Carried::unlike`]; more where the other
-    /// shows no subject.
+    /// Distance of each pixel of a frame from another frame that is matched with it, as [`Carried::unlike`]; more where the
+    /// other shows no subject.
     pub fn apart(&self, frame: &Frame, other: &Frame) -> Mask {
         let [target, other] = [frame, other].map(|frame| Target::new(frame, self));
         let found = target.moved(target.offsets(&target.contrast, &other.contrast));

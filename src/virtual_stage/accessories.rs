@@ -1,4 +1,4 @@
-//! What a subject may have beside the usual: glasses and hair (in the head's axes) and a raised hand (in the subject's).
+//! Accessories of a subject beside the usual: glasses and hair (in the head's axes) and a raised hand (in the subject's).
 
 use super::head::EYE;
 use super::shape::{common, cut, ellipsoid, join, noise, rod};
@@ -30,12 +30,12 @@ pub fn glasses(q: Vec3) -> f32 {
     rim.min(bridge).min(temple)
 }
 
-/// How far a lens stands out at `p` from its centre.
+/// Bulge of a lens at `p` from its centre.
 fn bulge(p: Vec3) -> f32 {
     -0.5 * p.truncate().length_squared() / LENS_CURVE
 }
 
-/// Where a ray in the head's axes meets a lens from in front: how far along it, and the normal there.
+/// Hit of a ray in the head's axes on a lens from in front: the distance along it, and the normal there.
 pub fn lens(origin: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
     if direction.z >= 0.0 {
         return None;

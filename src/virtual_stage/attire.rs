@@ -1,5 +1,5 @@
-//! What the subject wears: a head wrap with a knot and gold earrings (in the head's axes), a shirt
-//! with a collar and a woven jacket (in the stage's axes).
+//! Clothes of the subject: a head wrap with a knot and gold earrings (in the head's axes), a shirt with a collar and a
+//! woven jacket (in the stage's axes).
 
 use super::shape::{ball, common, cut, ellipsoid, join, noise, ramp, ring, rod};
 use glam::{Mat3, Vec3};

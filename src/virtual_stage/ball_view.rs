@@ -1,4 +1,4 @@
-//! What a mirror ball shows beside the stage's lamps: the interview's own lamps, the room, the photographer, and dust.
+//! Reflections in a mirror ball beside the stage's lamps: the interview's own lamps, the room, the photographer, and dust.
 
 use super::dome::Dome;
 use super::interview_light::InterviewLight;
@@ -13,7 +13,7 @@ use std::f32::consts::PI;
 /// Share of the light that dust sends back, of what it takes from the mirror.
 const DUST_ALBEDO: f32 = 0.5;
 
-/// What is about the ball. The room shines by itself only in the interview.
+/// Surroundings of the ball. The room shines by itself only in the interview.
 pub struct Surroundings<'a> {
     pub dome: &'a Dome,
     pub light: &'a InterviewLight,
@@ -21,7 +21,7 @@ pub struct Surroundings<'a> {
     pub trouble: &'a Trouble,
 }
 
-/// What each pixel of the ball's photograph shows of them.
+/// View of them in each pixel of the ball's photograph.
 pub struct Around {
     pixels: Vec<Pixel>,
     /// Per bank its direction and the part of the sphere that its lamps fill.
@@ -44,8 +44,8 @@ struct Pixel {
     normal: Vec3,
 }
 
-/// What a room reflects of a bank, `reflectance · (1 − bank · direction) · solid angle / 4π`: walls across from the bank
-/// are lit most, and a white room under all banks is a sphere of radiance 1.
+/// Light of a bank that a room reflects, `reflectance · (1 − bank · direction) · solid angle / 4π`: walls across from
+/// the bank are lit most, and a white room under all banks is a sphere of radiance 1.
 pub fn bounce(reflectance: Vec3, bank: Vec3, direction: Vec3, solid_angle: f32) -> Vec3 {
     reflectance * ((1.0 - bank.dot(direction)) * solid_angle / (4.0 * PI))
 }
@@ -135,8 +135,7 @@ impl Surroundings<'_> {
 }
 
 impl Around {
-    /// What a photograph shows under `light`: from a pixel's place and what the clean ball mirrors of the lamps there,
-    /// all of it.
+    /// The photograph under `light`: from a pixel's place and what the clean ball mirrors of the lamps there, all of it.
     pub fn under(&self, light: &BallLight) -> impl Fn(usize, [f32; 3]) -> [f32; 3] {
         // The sum over the banks of what the room reflects is linear in its direction.
         let (mut level, mut slope) = (Vec3::ZERO, [Vec3::ZERO; 3]);

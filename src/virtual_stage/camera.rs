@@ -8,7 +8,7 @@ use glam::Vec3;
 use imaging::{DualGamma, Encoded, Image, Raster, Response};
 use rand::{RngExt, SeedableRng};
 
-/// Where the camera stands.
+/// Position of the camera.
 pub const POSITION: Vec3 = Vec3::new(0.0, 0.0, 4.0);
 /// Height of what the camera sees at the subject, in metres.
 pub const FRAME_HEIGHT_M: f32 = 0.44;

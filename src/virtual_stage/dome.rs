@@ -15,7 +15,7 @@ pub(super) const MAX_LAMPS: usize = 931;
 /// Lamps per bank, as there: 931 lamps in 41 conditions.
 const LAMPS_PER_BANK: f64 = 931.0 / 41.0;
 
-/// Where the lamps are, and which bank each belongs to. Lamps are sorted by bank.
+/// Positions of the lamps, and the bank of each. Lamps are sorted by bank.
 #[derive(Clone, Debug)]
 pub struct Dome {
     /// Unit directions of the lamps.

@@ -1,16 +1,16 @@
-//! Which effects ran, for which share of the samples, and why not for the rest.
+//! Effects that ran, with their share of the samples, and the reason for skipping the rest.
 
 use serde::Serialize;
 
-/// What one effect did over a whole shoot.
+/// Report on one effect over a whole shoot.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effect {
     pub name: &'static str,
     /// Share of the samples it ran for, from 0 to 1.
     pub share: f64,
-    /// What a sample is.
+    /// Name of a sample.
     pub of: &'static str,
-    /// Why it was skipped for the rest.
+    /// Reason for skipping the rest.
     pub skipped: &'static str,
 }
 

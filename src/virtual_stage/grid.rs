@@ -28,13 +28,13 @@ struct Nodes {
     cells_per_m: f32,
 }
 
-/// How a ray passes the subject.
+/// Passage of a ray by the subject.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
     /// The narrowest clearance as seen from the start: distance to the surface over distance travelled. 1 if
     /// nothing is near, negative if the ray enters the subject.
     pub clearance: f32,
-    /// How deep the ray dips into the subject at most, in metres.
+    /// Greatest depth of the ray in the subject, in metres.
     pub depth_m: f32,
 }
 
@@ -157,7 +157,7 @@ impl Grid {
         }
     }
 
-    /// How far a ray from outside the box, that has travelled `from` metres, has to travel until it is within
+    /// Distance that a ray from outside the box, that has travelled `from` metres, has to travel until it is within
     /// `near_m` of the surface; `None` if it misses.
     pub fn approach(&self, start: Vec3, direction: Vec3, from: f32, near_m: f32) -> Option<f32> {
         let (enter, leave) = crossing(start, direction)?;

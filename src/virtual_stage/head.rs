@@ -9,9 +9,9 @@ use glam::{Mat3, Vec2, Vec3};
 pub const EYE: Vec3 = Vec3::new(0.0315, 0.0, 0.0652);
 /// Radius of an eyeball.
 pub const EYE_RADIUS: f32 = 0.0133;
-/// Where the lips meet.
+/// Place where the lips meet.
 pub const MOUTH: Vec3 = Vec3::new(0.0, -0.0708, 0.088);
-/// How far open lids stand above and below the slit's corners.
+/// Distance of open lids above and below the slit's corners.
 const LID_UP: f32 = 0.0051;
 const LID_DOWN: f32 = 0.0042;
 /// The joint that the jaw turns about.
@@ -23,9 +23,9 @@ pub struct Head {
     jaw_from_head: Mat3,
     /// Half the gap between the lips in metres, 0 when they touch.
     gap: f32,
-    /// How far the corners of the mouth are pulled out, up and back, in metres.
+    /// Pull on the corners of the mouth, out, up and back, in metres.
     smile: f32,
-    /// How far the lids are open, from 0 to 1.
+    /// Opening of the lids, from 0 to 1.
     lids: f32,
 }
 
@@ -47,7 +47,7 @@ impl Head {
         }
     }
 
-    /// Where a point of the opened jaw is when the jaw is shut.
+    /// Place of a point of the opened jaw when the jaw is shut.
     fn shut(&self, q: Vec3) -> Vec3 {
         self.jaw_from_head * (q - JAW_JOINT) + JAW_JOINT
     }
@@ -193,13 +193,13 @@ impl Head {
         upper.min(lower)
     }
 
-    /// Whether `q` lies inside the mouth, behind parted lips.
+    /// True if `q` lies inside the mouth, behind parted lips.
     pub fn in_mouth(&self, q: Vec3) -> bool {
         let behind = q.z - MOUTH.z < -0.0045 - 12.0 * q.x * q.x;
         self.gap > 4e-4 && behind && self.opening(q) < 0.0008
     }
 
-    /// How much of lip `q` is on, from 0 to 1, for a point of the skin.
+    /// Share of lip at `q`, from 0 to 1, for a point of the skin.
     pub fn lip(&self, q: Vec3) -> f32 {
         let (upper, lower) = self.lips(Vec3::new(q.x.abs(), q.y, q.z));
         1.0 - super::shape::ramp(0.0008, 0.0022, upper.min(lower))

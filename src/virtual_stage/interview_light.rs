@@ -1,4 +1,4 @@
-//! What lights the interview: the stage's own banks, or light that is no sum of them.
+//! Light of the interview: the stage's own banks, or light that no sum of them can be.
 
 use super::dome::Dome;
 use super::panel::Panel;
@@ -20,7 +20,7 @@ pub struct InterviewLight {
     pub banks: Vec<[f32; 3]>,
     /// Lamps that are not the stage's.
     pub panels: Vec<Panel>,
-    /// What the room shines by itself; `None` if it is dark.
+    /// Radiance of the room by itself; `None` if it is dark.
     pub ambient: Option<Image>,
     /// The panels as small discs.
     pub others: Vec<Source>,
@@ -93,7 +93,7 @@ impl InterviewLight {
         Self { banks, panels, ambient, others, weights }
     }
 
-    /// Whether it is a sum of the banks alone.
+    /// True if it is a sum of the banks alone.
     pub fn is_of_banks(&self) -> bool {
         self.panels.is_empty() && self.ambient.is_none()
     }

@@ -54,7 +54,7 @@ use base::error::{Error, Result};
 use serde::Serialize;
 use std::ops::RangeInclusive;
 
-/// What the stage produces.
+/// Settings for what the stage produces.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct StageSettings {
     /// Frames of the interview, from 1.
@@ -78,10 +78,10 @@ pub struct StageSettings {
     /// Photograph further poses as in these frames of the interview, from 0.
     #[arg(long, value_name = "FRAME", value_delimiter = ',')]
     pub like_frames: Vec<usize>,
-    /// Whether pictures are written as files or as movies.
+    /// Form of the pictures: files or movies.
     #[arg(long = "as", value_enum, default_value_t)]
     pub written_as: WrittenAs,
-    /// Whether the interview is the one that comes with the program, in place of a traced one.
+    /// The interview is the one that comes with the program, in place of a traced one.
     #[arg(skip)]
     pub shipped: bool,
     #[command(flatten)]
@@ -171,13 +171,13 @@ impl StageSettings {
     }
 }
 
-/// What was produced.
+/// Report on what was produced.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StageReport {
     /// Number of files written.
     pub files: usize,
     /// Wall-clock time in seconds.
     pub seconds: f64,
-    /// Which effects ran, for which share of the samples, and why not for the rest.
+    /// Effects that ran, with their share of the samples, and the reason for skipping the rest.
     pub effects: Vec<Effect>,
 }

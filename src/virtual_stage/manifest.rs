@@ -157,7 +157,7 @@ pub struct Truth {
     pub trouble: Option<TroubleTruth>,
 }
 
-/// What is true of a shoot with trouble.
+/// Truth of a shoot with trouble.
 #[derive(Serialize)]
 pub struct TroubleTruth {
     /// Settings and what was drawn in place of those left open.

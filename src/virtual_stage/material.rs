@@ -1,5 +1,4 @@
-//! What the parts are made of: colours painted in the parts' own places, highlights, cloth sheen
-//! and how far light travels below skin.
+//! Materials of the parts: colours painted in the parts' own places, highlights, cloth sheen and the reach of light below skin.
 
 use super::head::{EYE, EYE_RADIUS};
 use super::shape::{noise, ramp, rod};
@@ -7,7 +6,7 @@ use super::subject::{Part, Subject};
 use super::trouble::Hair;
 use glam::{Vec2, Vec3};
 
-/// How a point of the surface reflects light.
+/// Reflection of light at a point of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Diffuse reflectance per channel.
@@ -160,7 +159,7 @@ fn skin(subject: &Subject, q: Vec3) -> Surface {
     Surface { albedo, mirror: Vec3::splat(mirror), roughness, sheen: 0.0, below }
 }
 
-/// How much hair of the brow is at `s` (+X side), from 0 to 1.
+/// Amount of the brow's hair at `s` (+X side), from 0 to 1.
 fn brow(s: Vec3) -> f32 {
     if s.z < 0.03 {
         return 0.0;
@@ -174,7 +173,7 @@ fn brow(s: Vec3) -> f32 {
     0.88 * (1.0 - ramp(-0.0012, 0.0010, inner.min(outer) + strands))
 }
 
-/// How dark the lashes make the rims of the lids at `s` (+X side), from 0 to 1.
+/// Darkness of the lids' rims by the lashes at `s` (+X side), from 0 to 1.
 fn lash(subject: &Subject, s: Vec3) -> f32 {
     let e = s - EYE;
     if e.z < 0.004 || e.length() > EYE_RADIUS + 0.004 {

@@ -9,7 +9,7 @@ use std::f32::consts::TAU;
 /// Pictures per second of the interview.
 pub const FRAME_RATE: f64 = 24.0;
 
-/// Where the head is and what the face does.
+/// Position of the head and expression of the face.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Pose {
     /// Turn of the head in degrees; positive turns the face to camera-right.
@@ -22,21 +22,21 @@ pub struct Pose {
     pub tx: f32,
     pub ty: f32,
     pub tz: f32,
-    /// How far the jaw is open, from 0 to 1.
+    /// Opening of the jaw, from 0 to 1.
     pub jaw: f32,
-    /// How far the mouth is drawn wide, from 0 to 1.
+    /// Width that the mouth is drawn to, from 0 to 1.
     pub smile: f32,
-    /// How far the lids are closed, from 0 to 1.
+    /// Closing of the lids, from 0 to 1.
     pub blink: f32,
-    /// Where the whole subject sits.
+    /// Seat of the whole subject.
     #[serde(skip_serializing_if = "Seat::is_usual")]
     pub seat: Seat,
-    /// How far a hand is raised, from 0 (out of the picture) to 1 (beside the chin).
+    /// Height of a raised hand, from 0 (out of the picture) to 1 (beside the chin).
     #[serde(skip_serializing_if = "is_zero")]
     pub hand: f32,
 }
 
-/// Where the whole subject sits: metres to camera-right, up and to the camera, and a turn about the vertical in degrees,
+/// Seat of the whole subject: metres to camera-right, up and to the camera, and a turn about the vertical in degrees,
 /// positive to camera-right.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seat {
@@ -47,7 +47,7 @@ pub struct Seat {
 }
 
 impl Seat {
-    /// Whether the subject sits in the middle of the stage, as on the plain one.
+    /// True if the subject sits in the middle of the stage, as on the plain one.
     pub fn is_usual(&self) -> bool {
         *self == Self::default()
     }
@@ -95,7 +95,7 @@ pub fn exemplar_poses() -> [Pose; 6] {
     ]
 }
 
-/// Where the subject is in every frame of an interview of `frames` frames.
+/// Poses of the subject in every frame of an interview of `frames` frames.
 pub fn interview(frames: usize, seed: u64) -> Vec<Pose> {
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x6d6f_7469_6f6e);
     let phase: [f32; 8] = std::array::from_fn(|_| random.random());

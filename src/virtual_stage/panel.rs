@@ -50,7 +50,7 @@ impl Panel {
         self.normal.cross(self.across)
     }
 
-    /// Whether it shines at a place of its plane, from −1 to 1 along width and height.
+    /// True if it shines at a place of its plane, from −1 to 1 along width and height.
     fn shines(&self, [x, y]: [f32; 2]) -> bool {
         if x.abs() > 1.0 || y.abs() > 1.0 {
             return false;

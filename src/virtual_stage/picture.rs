@@ -14,10 +14,10 @@ use glam::{Mat3, Vec3};
 use imaging::{Image, Mask, Raster};
 use rayon::prelude::*;
 
-/// Which pictures of a pose to make.
+/// Pictures of a pose to make.
 #[derive(Clone, Copy, Default)]
 pub struct Request<'a> {
-    /// Whether to make every bank's own picture.
+    /// Every bank's own picture is to be made.
     pub banks: bool,
     /// Light that is no lamp of the dome.
     pub others: &'a [Source],
@@ -151,7 +151,7 @@ impl Row {
     }
 }
 
-/// Where the camera stands in the subject's axes.
+/// Position of the camera in the subject's axes.
 struct Camera {
     eye: Vec3,
     /// `None` if both have the same axes.
@@ -168,7 +168,7 @@ impl Camera {
     }
 }
 
-/// What a ray from the camera meets.
+/// Hit of a ray from the camera.
 struct Hit {
     part: Part,
     point: Point,
@@ -209,8 +209,8 @@ fn visible_points(
     groups.into_iter().map(|g| (mean(&g), g.len() as f32 / samples as f32)).collect()
 }
 
-/// What the lenses of glasses mirror into pixel (`x`, `y`), with each sample's share of the pixel. They add to what is
-/// seen through them.
+/// Reflections of the lenses of glasses into pixel (`x`, `y`), with each sample's share of the pixel. They add to the
+/// view through them.
 fn lens_points(subject: &Subject, camera: &Camera, x: usize, y: usize) -> Vec<(Point, f32)> {
     let share = 1.0 / FIRST.len() as f32;
     let look = |[dx, dy]: [f32; 2]| {
@@ -259,7 +259,7 @@ fn mean(points: &[Point]) -> Point {
     }
 }
 
-/// Where the ray from the camera at `eye` along `direction` meets the subject.
+/// Hit of the ray from the camera at `eye` along `direction` on the subject.
 fn hit(subject: &Subject, grid: &Grid, eye: Vec3, direction: Vec3) -> Option<Hit> {
     const NEAR_M: f32 = 1.5 * CELL_M;
     let mut t = grid.approach(eye, direction, 0.0, NEAR_M)?;

@@ -16,13 +16,13 @@ const FRAME_PER_RADIUS: f32 = 2.2;
 /// hold its energy to about a percent.
 const RAYS_ACROSS: usize = 2048;
 
-/// What the ball shows: per pixel its coverage, and per bank how much of the pixel shows lamps.
+/// View of the ball: per pixel its coverage, and per bank how much of the pixel shows lamps.
 pub struct Probe {
     size: usize,
     coverage: Vec<f32>,
     /// For every pixel: banks and the share of the pixel that shows their lamps.
     seen: Vec<Vec<(u32, f32)>>,
-    /// What else the ball shows; `None` on the plain stage.
+    /// Further reflections in the ball; `None` on the plain stage.
     around: Option<Around>,
     /// Radiance of a lamp whose share of the sphere has a mean radiance of 1.
     lamp_radiance: f32,
@@ -100,7 +100,7 @@ impl Probe {
     }
 }
 
-/// What lights the ball in one photograph.
+/// Light on the ball in one photograph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BallLight {
     /// Radiance of each bank per channel.
@@ -118,7 +118,7 @@ impl BallLight {
     }
 }
 
-/// Where the ray through a place of the photograph meets the ball, and where it goes from there.
+/// Hit of the ray through a place of the photograph on the ball, and its direction from there.
 pub fn reflect(x: f32, y: f32, size: usize) -> Option<(Vec3, Vec3)> {
     // The outline of a ball at finite distance is a little wider than the ball: the rays touch it.
     let distance = camera::POSITION.z;
@@ -133,7 +133,7 @@ pub fn reflect(x: f32, y: f32, size: usize) -> Option<(Vec3, Vec3)> {
     Some((place, ray.reflect(place / BALL_RADIUS_M)))
 }
 
-/// Which lamps can be near a direction: a list for each cell of a coarse panorama.
+/// Lamps that can be near a direction: a list for each cell of a coarse panorama.
 struct LampMap {
     cells: Vec<Vec<u32>>,
 }

@@ -63,8 +63,8 @@ impl Room {
     }
 }
 
-/// What the ball shows of the photographer by the camera: the reflectance of a dark suit, a face and hands, in directions
-/// from the ball; `None` beside them.
+/// Reflection of the photographer by the camera in the ball: the reflectance of a dark suit, a face and hands, in
+/// directions from the ball; `None` beside them.
 pub fn photographer(direction: Vec3) -> Option<Vec3> {
     if direction.z <= 0.0 {
         return None;
@@ -86,7 +86,7 @@ pub fn photographer(direction: Vec3) -> Option<Vec3> {
     (trunk && place.y > -1.2).then_some(Vec3::new(0.05, 0.05, 0.06))
 }
 
-/// What a panorama shows in a direction, without interpolation.
+/// Colour of a panorama in a direction, without interpolation.
 pub fn seen(panorama: &Image, direction: Vec3) -> Vec3 {
     let (u, v) = uv_from_direction(direction);
     let x = ((u * panorama.width as f32) as usize).min(panorama.width - 1);

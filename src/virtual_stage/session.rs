@@ -1,4 +1,4 @@
-//! What all pictures of one shoot share: the stage, the subject's poses, the lights, and the tracing of a pose.
+//! Data that all pictures of one shoot share: the stage, the subject's poses, the lights, and the tracing of a pose.
 
 use super::StageSettings;
 use super::ball_view::{bank_solid_angles, bounce};
@@ -45,7 +45,7 @@ pub struct Session<'a> {
     /// Per bank what the room reflects of it, as radiances of all lamps; `None` if it reflects nothing.
     bounce: Option<Vec<Vec<[f32; 3]>>>,
     pub light: InterviewLight,
-    /// How the subject sways in each pose; empty if it sits still.
+    /// Sway of the subject in each pose; empty if it sits still.
     pub sways: Vec<Sway>,
     pub files: AtomicUsize,
     pictures: AtomicUsize,

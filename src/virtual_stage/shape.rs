@@ -50,7 +50,7 @@ pub fn cut(a: f32, b: f32, k: f32) -> f32 {
     -join(-a, b, k)
 }
 
-/// What both shapes share, with an edge rounded over about `k` metres.
+/// Intersection of both shapes, with an edge rounded over about `k` metres.
 pub fn common(a: f32, b: f32, k: f32) -> f32 {
     -join(-a, -b, k)
 }

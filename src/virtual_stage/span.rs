@@ -1,4 +1,4 @@
-//! How much of the interview's light no sum of the banks can be.
+//! Share of the interview's light that no sum of the banks can be.
 
 use imaging::{Image, Mask};
 

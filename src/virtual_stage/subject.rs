@@ -9,7 +9,7 @@ use super::shape::{join, rod};
 use super::trouble::Look;
 use glam::{Mat3, Vec3};
 
-/// What a point of the subject belongs to.
+/// Part that a point of the subject belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     Skin,
@@ -40,10 +40,10 @@ const NECK_FOOT: Vec3 = Vec3::new(0.0, -0.205, -0.038);
 pub struct Subject {
     pub head: Head,
     pub look: Look,
-    /// How far a hand is raised; 0 if none is.
+    /// Height of a raised hand; 0 if none is raised.
     hand: f32,
     head_from_stage: Mat3,
-    /// Where the neck joins the head, on the stage.
+    /// Joint of neck and head, on the stage.
     joint: Vec3,
     /// The cords of the neck on the +X and −X sides: below the ear and above the breastbone.
     cords: [(Vec3, Vec3); 2],
@@ -117,7 +117,7 @@ impl Subject {
         all.fold((Part::Skin, skin), |best, next| if next.1 < best.1 { next } else { best })
     }
 
-    /// Where a ray meets a lens of the glasses, if the subject wears any: how far along it, and the normal there.
+    /// Hit of a ray on a lens of the glasses, if the subject wears any: the distance along it, and the normal there.
     pub fn lens(&self, origin: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
         if !self.look.glasses {
             return None;

@@ -9,7 +9,7 @@ use chacha20::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::f32::consts::TAU;
 
-/// How far the face is in front of the joint that the head turns about, in metres.
+/// Distance of the face in front of the joint that the head turns about, in metres.
 const FACE_M: f32 = 0.11;
 /// The face's way during a pose, in steps from first to last lamp.
 const STEPS: usize = 128;
@@ -47,7 +47,7 @@ pub fn reseat(poses: &mut [Pose], frames: &mut [Pose], trouble: &Trouble, seed: 
 
 /// The sway of one pose.
 pub struct Sway {
-    /// Where the face is at each of [`STEPS`] times, in metres to camera-right and up; the mean is 0.
+    /// Positions of the face at each of [`STEPS`] times, in metres to camera-right and up; the mean is 0.
     path: Vec<[f32; 2]>,
 }
 
@@ -86,7 +86,7 @@ impl Sway {
         Self { path }
     }
 
-    /// How far the face is from its middle at `time`, from 0 (before the first lamp) to 1 (after the last), in metres.
+    /// Offset of the face from its middle at `time`, from 0 (before the first lamp) to 1 (after the last), in metres.
     pub fn face_m(&self, time: f32) -> [f32; 2] {
         let at = time.clamp(0.0, 1.0) * (STEPS - 1) as f32;
         let i = (at as usize).min(STEPS - 2);
@@ -99,7 +99,7 @@ impl Sway {
         moved(pose, self.face_m(time))
     }
 
-    /// What [`SwayingGrid`] needs for all moments of the sway; `still` is the grid of `pose` itself.
+    /// The [`SwayingGrid`] for all moments of the sway; `still` is the grid of `pose` itself.
     pub fn grids(&self, pose: &Pose, look: &Look, still: Grid) -> SwayingGrid {
         let far = |axis: usize| self.path.iter().map(|p| p[axis].abs()).fold(1e-6, f32::max);
         let farthest_m = [far(0), far(1)];

@@ -1,4 +1,4 @@
-//! How light from every lamp reaches the camera from one point of the subject.
+//! Transport of light from every lamp to the camera by one point of the subject.
 
 use super::dome::Dome;
 use super::dome::{LAMP_RADIUS_M, RADIUS_M};
@@ -10,14 +10,14 @@ use super::subject::Subject;
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// How far diffuse light reaches round the terminator of skin, as a cosine per channel.
+/// Reach of diffuse light round the terminator of skin, as a cosine per channel.
 const BLEED: Vec3 = Vec3::new(0.20, 0.11, 0.08);
 /// Share of the light that skin passes on at the very edge of a cast shadow, per channel.
 const LEAK: Vec3 = Vec3::new(0.27, 0.18, 0.14);
 /// Beyond this many mean free paths, less than 1 % of the light is left.
 const DEEP: f32 = 5.0;
 
-/// Whether work that cannot change the picture is skipped (as always) or done (to test that).
+/// Treatment of work that cannot change the picture: skipped (as always) or done (to test that).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     Needed,

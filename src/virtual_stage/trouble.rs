@@ -1,4 +1,4 @@
-//! What can go wrong or be unlike the usual on a real shoot, as settings and drawn from the seed.
+//! Troubles of a real shoot and departures from the usual, as settings and drawn from the seed.
 
 use base::error::{Error, Result};
 use base::numbers;
@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use serde::Serialize;
 use std::ops::RangeInclusive;
 
-/// What makes a shoot difficult. What is `None` stays as on the plain stage, or is drawn if [`Self::trouble`] is set.
+/// Settings that make a shoot difficult. Settings of `None` stay as on the plain stage, or are drawn if [`Self::trouble`] is set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, clap::Args)]
 #[command(next_help_heading = "Trouble")]
 pub struct TroubleSettings {
@@ -18,7 +18,7 @@ pub struct TroubleSettings {
     /// Lamps in each bank, from 1 (a bank is one lamp) to 23, as usual.
     #[arg(long, value_name = "LAMPS")]
     pub bank_lamps: Option<usize>,
-    /// What lights the interview.
+    /// Light of the interview.
     #[arg(long, value_enum)]
     pub interview_light: Option<LightKind>,
     /// Factors on the interview's lamps, such as 1.2,1,0.7 for warm light.
@@ -27,7 +27,7 @@ pub struct TroubleSettings {
     /// Share of the room in the interview's light, from 0 to 0.9. It comes from everywhere, and is no sum of the banks.
     #[arg(long, value_name = "SHARE")]
     pub ambient: Option<f32>,
-    /// How many times brighter the camera takes the interview than the mirror balls say, from 0.25 to 4.
+    /// Factor by which the camera takes the interview brighter than the mirror balls say, from 0.25 to 4.
     #[arg(long, value_name = "FACTOR")]
     pub exposure_change: Option<f32>,
     /// The camera's response: γ1,γ2 or srgb, rec709, linear, or log,K for a curve ln(1 + K·light).
@@ -42,7 +42,7 @@ pub struct TroubleSettings {
     /// Colour of the skin, from 0 (light) to 1 (dark).
     #[arg(long, value_name = "TONE")]
     pub skin: Option<f32>,
-    /// How the skin shines, from 0 (powdered) to 1 (oily).
+    /// Shine of the skin, from 0 (powdered) to 1 (oily).
     #[arg(long, value_name = "SHINE")]
     pub shine: Option<f32>,
     /// The subject wears glasses.
@@ -57,10 +57,10 @@ pub struct TroubleSettings {
     /// A hand is raised to the face in some poses and frames.
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub hands: Option<bool>,
-    /// How far the subject sits from one pose to the next, in metres, from 0 to 0.04.
+    /// Change of the subject's seat from one pose to the next, in metres, from 0 to 0.04.
     #[arg(long, value_name = "METRES")]
     pub reseated: Option<f32>,
-    /// How far the face moves in a picture while the lamps go round, in pixels of a picture of 256, from 0 to 8.
+    /// Movement of the face in a picture while the lamps go round, in pixels of a picture of 256, from 0 to 8.
     #[arg(long, value_name = "PIXELS")]
     pub sway: Option<f32>,
     /// Photograph the subject fully lit before every so many lamps, and after the last one.
@@ -80,7 +80,7 @@ pub struct TroubleSettings {
     pub ball_exposure: Option<f32>,
 }
 
-/// What lights the interview.
+/// Light of the interview.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum LightKind {
@@ -106,7 +106,7 @@ pub enum Hair {
     Grey,
 }
 
-/// What a shoot has: the settings, and what was drawn where they left it open.
+/// Troubles of a shoot: the settings, and what was drawn where they left it open.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Trouble {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -133,7 +133,7 @@ pub struct Trouble {
     pub ball_exposure: f32,
 }
 
-/// What the subject looks like.
+/// Look of the subject.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Look {
     /// From 0 (light) to 1 (dark); `None` is the stage's own subject, between both.
@@ -236,7 +236,7 @@ impl TroubleSettings {
             .try_for_each(|factor| within("each factor of --tint", Some(*factor), 0.05..=20.0))
     }
 
-    /// What the shoot has: the plain stage, or what `seed` draws, and what is given in place of either.
+    /// Troubles of the shoot: the plain stage, or what `seed` draws, and the settings given in place of either.
     pub(super) fn resolve(&self, seed: u64) -> Trouble {
         let drawn = if self.trouble { Trouble::draw(seed) } else { Trouble::default() };
         Trouble {

@@ -1,4 +1,4 @@
-//! What is true of a shoot, for judging results.
+//! Truth of a shoot, for judging results.
 
 use super::manifest::{
     HDRI_NOTE, INTERVIEW_KIND, NOISE, OTHER_INTERVIEW_KIND, TroubleTruth, Truth, WEIGHTS_NOTE,

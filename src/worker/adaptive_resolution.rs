@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// A frame of a window that is drawn sixty times a second, in milliseconds.
 pub const WINDOW_FRAME_MS: f64 = 1000.0 / 60.0;
 
-/// How many pixels of the full size along each axis one pixel stands for.
+/// Numbers of pixels of the full size along each axis that one pixel stands for.
 const FACTORS: [usize; 3] = [1, 2, 4];
 
 /// Decides that by the time that pictures took.
@@ -22,12 +22,12 @@ pub struct AdaptiveResolution {
 pub struct ReducedFrame {
     of: Arc<PredictedFrame>,
     factor: usize,
-    /// What has fewer pixels.
+    /// The part with fewer pixels.
     pub reduced: Reduced,
     pub reuse: Reuse,
 }
 
-/// What of a frame has fewer pixels.
+/// Part of a frame that has fewer pixels.
 pub enum Reduced {
     /// The plate that the light multiplies.
     Plate(Plate),

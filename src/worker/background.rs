@@ -11,11 +11,11 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// What a thread does with requests.
+/// Handler of a thread's requests.
 pub trait Handler {
-    /// What it is asked for.
+    /// Input of the thread.
     type Request: Request;
-    /// What it makes of a request.
+    /// Output for a request.
     type Answer;
 
     /// Does what is asked.
@@ -27,7 +27,7 @@ pub trait Handler {
     /// Hands on what came of a request. A panic in [`Self::work`] arrives here as an error.
     fn deliver(&mut self, request: Self::Request, answer: Result<Self::Answer>);
 
-    /// What the thread asks of itself when no request comes, and after what time.
+    /// Request that the thread makes to itself when no other comes, and the time after which it does.
     fn rest(&self) -> Option<(Duration, Self::Request)> {
         None
     }

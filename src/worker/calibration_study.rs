@@ -1,5 +1,5 @@
-//! What a calibration looks like to the window: what the mirror ball shows inside a circle, and how the exemplars
-//! look under a response.
+//! Views of a calibration for the window: the light that the mirror ball shows inside a circle, and the exemplars
+//! under a response.
 
 use super::srgb_picture::SrgbPicture;
 use base::error::{Error, Result};
@@ -22,10 +22,10 @@ const PANORAMA_PX: (usize, usize) = (384, 192);
 /// Exponents along either side of the loss surface.
 const SURFACE_STEPS: usize = 25;
 
-/// What the mirror balls show.
+/// View of the mirror balls.
 #[derive(Clone, Debug)]
 pub struct ProbeView {
-    /// Which photograph: under this lamp, or the interview's light.
+    /// The photograph: under this lamp, or the interview's light.
     pub photograph: Option<usize>,
     /// It, reduced, in the camera's codes.
     pub picture: SrgbPicture,
@@ -34,10 +34,10 @@ pub struct ProbeView {
     /// The silhouette that all of this is by, and the project's own.
     pub circle: Circle,
     pub kept: Circle,
-    /// How well a rim is seen there; the circle that the photographs show. Sentences if there is none.
+    /// Visibility of a rim there; the circle that the photographs show. Sentences if there is none.
     pub rim: std::result::Result<Silhouette, String>,
     pub found: std::result::Result<Silhouette, String>,
-    /// What the calibration found wrong with the lamps, a sentence each.
+    /// Faults of the lamps that the calibration found, a sentence each.
     pub findings: Vec<String>,
     /// The photograph's light as a lat-long panorama, as bright as the photograph.
     pub panorama: SrgbPicture,
@@ -59,7 +59,7 @@ pub struct SeenLamp {
     pub on_ball: Option<[f32; 2]>,
 }
 
-/// How a response does on the exemplars and the interview.
+/// Fit of a response to the exemplars and the interview.
 #[derive(Clone, Debug)]
 pub struct GammaView {
     /// The response that all of this is by, and the calibration's own.
@@ -93,7 +93,7 @@ pub struct GammaView {
 
 type FoundCircle = std::result::Result<Silhouette, String>;
 
-/// What was read of a calibration and need not be read again.
+/// Parts of a calibration that were read and need not be read again.
 pub(super) struct CalibrationStudy {
     root: PathBuf,
     stop: Control,
@@ -109,7 +109,7 @@ pub(super) struct CalibrationStudy {
     frame: Option<(usize, SrgbPicture)>,
 }
 
-/// What trials of a response go by.
+/// Basis for trials of a response.
 struct Exemplars {
     study: GammaStudy,
     /// The pose that `study` shows.
@@ -151,7 +151,7 @@ impl CalibrationStudy {
         }
     }
 
-    /// What a photograph of the mirror ball shows within a circle, or the project's own.
+    /// View of a photograph of the mirror ball within a circle, or the project's own.
     ///
     /// # Errors
     /// When the project or its photographs cannot be read, or a stop was asked for.

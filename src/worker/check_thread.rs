@@ -13,10 +13,10 @@ use std::sync::Arc;
 /// An answer, or why there is none.
 type Answer = std::result::Result<Arc<CheckReport>, String>;
 
-/// What is to be judged.
+/// A request to judge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckRequest {
-    /// Counts how often the project may have changed: it is looked at again when this does.
+    /// Counts how often the project may have changed: it is checked again when this does.
     pub changes: u64,
     /// The light that is shown; None if there is none.
     pub environment: Option<LitEnvironment>,
@@ -31,7 +31,7 @@ pub struct CheckThread {
 struct Checking {
     root: PathBuf,
     stop: Control,
-    /// What was seen last, and after how many changes.
+    /// Evidence seen last, and the number of changes before it.
     evidence: Option<(u64, Evidence)>,
     answers: Arc<Latest<Answer>>,
 }

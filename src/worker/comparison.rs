@@ -1,4 +1,4 @@
-//! What a picture is compared with: another picture, made under the same view settings.
+//! Counterparts of a picture: other pictures, made under the same view settings.
 
 use super::PredictedFrame;
 use super::preview::LookView;
@@ -11,7 +11,7 @@ use scene::{Background, Inspection, Output, Scene};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// What the relit picture is compared with.
+/// Counterpart of the relit picture in a comparison.
 #[derive(Clone, Debug)]
 pub enum Comparison {
     /// The interview's frame as it was filmed.
@@ -133,7 +133,7 @@ fn as_a_picture(scene: &mut Scene) {
     }
 }
 
-/// What a picture of this frame is made of besides: its plate.
+/// Further input for a picture of this frame: its plate.
 pub(super) fn extra(of: &PredictedFrame) -> Extra<'_> {
     Extra { plate: of.plate.as_deref(), ..Extra::default() }
 }
@@ -163,6 +163,6 @@ mod tests {
         let viewing = Viewing { exposure_stops: 1.0, ..Viewing::default() };
         let scene = Scene { viewing, ..Scene::default() };
         let seen = byte_from_unit(plate(&grey, &scene).0.pixels[0][0]);
-        assert_eq!(seen, 188, "it is looked at like the picture");
+        assert_eq!(seen, 188, "shown like the picture");
     }
 }

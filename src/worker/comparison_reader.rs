@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use transfer::{FineField, OlatPredictor};
 
-/// What is needed to read them.
+/// Input for reading them.
 pub(super) struct ComparisonReader {
     project: Project,
     response: Response,

@@ -24,7 +24,7 @@ use virtual_stage::{StageSettings, write_shoot};
 /// Training takes this long, unless another time is asked for.
 pub const MINUTES: f64 = 0.75;
 
-/// What the demo made.
+/// Results of the demo.
 #[derive(Clone, Debug, Serialize)]
 pub struct DemoReport {
     pub project: PathBuf,
@@ -42,7 +42,7 @@ pub struct DemoReport {
     pub environment: String,
 }
 
-/// Where the demo in `folder` has its project.
+/// Folder of the project of the demo in `folder`.
 pub fn project_folder(folder: &Path) -> PathBuf {
     folder.join("project")
 }
@@ -194,7 +194,7 @@ impl DemoReport {
         text
     }
 
-    /// What a person reads at the end: what was made, how good it is, and what to do next.
+    /// Message at the end of the demo: its results, their quality, and the next step.
     pub fn sentence(&self) -> String {
         let folder = self.report.parent().unwrap_or(Path::new("."));
         let scores = &self.prediction.scores.relit_psnr_db;

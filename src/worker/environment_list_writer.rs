@@ -23,7 +23,7 @@ enum ListRequest {
 
 struct Writing<Wake> {
     root: PathBuf,
-    /// What is in the project.
+    /// The list in the project.
     written: List,
     failures: Sender<String>,
     wake: Wake,
@@ -56,7 +56,7 @@ impl EnvironmentListWriter {
         told
     }
 
-    /// What could not be written since the last call.
+    /// Failures to write since the last call.
     pub fn failures(&self) -> impl Iterator<Item = String> {
         self.failures.try_iter()
     }

@@ -1,4 +1,4 @@
-//! What the worker tells the window: numbers and sentences. Heavy things go through [`super::Latest`].
+//! News from the worker for the window: numbers and sentences. Heavy things go through [`super::Latest`].
 
 use super::export_queue::ExportStatus;
 use base::progress::{Report, TrainingPoint};
@@ -26,16 +26,16 @@ pub enum Event {
     Exported(ExportStatus),
 }
 
-/// Why a project cannot be relit.
+/// Reason that a project cannot be relit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blocked {
-    /// Why, and what to do.
+    /// The reason, and the remedy.
     pub sentence: String,
-    /// What a job would bring.
+    /// The lack that a job would fill.
     pub need: Option<Need>,
 }
 
-/// What a project lacks before it can be relit.
+/// Lack of a project that keeps it from being relit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
     /// The shoot, which is not where it was.

@@ -12,26 +12,26 @@ use std::sync::Arc;
 pub struct Export {
     /// Its number: no other has it.
     pub id: u64,
-    /// What it is called: the files' name, with the number that was appended once they are written.
+    /// Name of the export: the files' name, with the number that was appended once they are written.
     pub name: String,
     pub status: ExportStatus,
 }
 
-/// What became of an export so far.
+/// State of an export so far.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExportStatus {
     Waiting,
     /// The job's reports say how far it is.
     Running,
-    /// Where it was written, and a sentence about it.
+    /// The written files' place, and a sentence about the export.
     Done(WrittenExport),
-    /// Why it could not be written, what is kept, and what to do.
+    /// Reason that it could not be written, the files that are kept, and the remedy.
     Failed(String),
     /// It was asked to stop; what is kept.
     Cancelled(String),
 }
 
-/// What an export wrote.
+/// Output of an export.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WrittenExport {
     /// The files' name.
@@ -48,7 +48,7 @@ pub(super) type Write = Box<dyn FnOnce(&Progress) -> Result<WrittenExport, Error
 struct State {
     /// In the order in which they were asked for.
     exports: Vec<Export>,
-    /// What those that wait are to do.
+    /// Work of those that wait.
     waiting: VecDeque<(u64, Write)>,
     /// Numbers given out.
     given: u64,

@@ -97,7 +97,7 @@ pub enum Job {
     Device {
         program: PathBuf,
         settings: DeviceSettings,
-        /// Where what is known is put after each measure, to be shown.
+        /// Slot for all that is known, filled after each measure, to be shown.
         known: Option<Arc<Latest<MachineReport>>>,
     },
     /// Write the project's network small, to be kept or handed on.
@@ -108,11 +108,11 @@ pub enum Job {
     Matte { project: PathBuf, settings: MatteSettings },
 }
 
-/// What a training is called while it runs.
+/// Name of a training while it runs.
 pub const TRAINING: &str = "training the network";
 
 impl Job {
-    /// What is being done, as the window and the progress bar say it.
+    /// Name of the work, as the window and the progress bar say it.
     pub fn what(&self) -> &'static str {
         match self {
             Self::Stage { .. } => "tracing a shoot",

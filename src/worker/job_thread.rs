@@ -13,7 +13,7 @@ use parking_lot::Mutex;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What the thread is asked for.
+/// Request to the thread.
 pub(super) enum JobRequest {
     Run(Task),
     /// To write the first export that waits.
@@ -31,7 +31,7 @@ pub(super) struct Task {
 /// Does it, and says what came of it.
 pub(super) type Action = Box<dyn FnOnce(&Progress) -> Result<String> + Send>;
 
-/// What came of a request.
+/// Result of a request.
 pub(super) enum Done {
     /// A job, in a sentence.
     Job(String),
@@ -53,9 +53,9 @@ struct Current {
 }
 
 struct Running {
-    /// What the job does, in words; None for an export.
+    /// The job's work, in words; None for an export.
     job: Option<&'static str>,
-    /// How it is paused and stopped.
+    /// Control that pauses and stops it.
     control: Control,
 }
 
@@ -88,18 +88,18 @@ impl CurrentJob {
         }
     }
 
-    /// How the current job or export is paused and stopped.
+    /// Control that pauses and stops the current job or export.
     pub fn control(&self) -> Option<Control> {
         let current = self.0.lock();
         (current.running.as_ref()).map(|running| running.control.clone())
     }
 
-    /// What the current job does, in words.
+    /// The current job's work, in words.
     pub fn job(&self) -> Option<&'static str> {
         self.0.lock().running.as_ref()?.job
     }
 
-    /// Whether neither a job nor an export runs.
+    /// Checks that neither a job nor an export runs.
     ///
     /// # Errors
     /// [`Error::Busy`] if one does.
@@ -124,7 +124,7 @@ pub(super) struct JobThread<Tell> {
     /// The number of the export that is being written.
     pub exporting: Option<u64>,
     pub network: Arc<Mailbox<NetworkRequest>>,
-    /// What a network in training makes of a pose.
+    /// Output of a network in training for a pose.
     pub pictures: Arc<Latest<Arc<TrainingPictures>>>,
     pub tell: Tell,
 }

@@ -26,7 +26,7 @@ impl<T> Latest<T> {
         (self.wake)();
     }
 
-    /// Whether a value waits to be taken.
+    /// True if a value waits to be taken.
     pub fn is_full(&self) -> bool {
         self.slot.lock().is_some()
     }

@@ -85,9 +85,9 @@ pub struct PredictedFrame {
     /// The frame's plate; None if pictures have the working size.
     pub plate: Option<Arc<Plate>>,
     pub field: Arc<Field>,
-    /// Which opening of the source predicted it.
+    /// Number of the source's opening that predicted it.
     pub generation: u64,
-    /// What the prediction took in milliseconds, reading the frame included.
+    /// Time of the prediction in milliseconds, reading the frame included.
     pub ms: f64,
 }
 
@@ -117,7 +117,7 @@ impl PredictedFrame {
         (self.plate.as_ref()).map_or(at, |plate| plate.filmed_place(at))
     }
 
-    /// How bright each pixel of its field is under each lamp of the rig. Waits for a field on a GPU: do not call it on the
+    /// Brightness of each pixel of its field under each lamp of the rig. Waits for a field on a GPU: do not call it on the
     /// window's thread.
     ///
     /// # Errors
@@ -145,7 +145,7 @@ pub struct Worker {
     relit: Arc<Latest<Arc<PreviewPicture>>>,
     pictures: Arc<Latest<Arc<TrainingPictures>>>,
     events: Arc<event::UnreadEvents>,
-    /// Why no job may write into the project, if none may.
+    /// Reason that no job may write into the project, if none may.
     read_only: Option<String>,
 }
 
@@ -239,7 +239,7 @@ impl Worker {
         self.relit.take()
     }
 
-    /// Whether there is a picture that [`Self::relit`] would give.
+    /// True if there is a picture that [`Self::relit`] would give.
     pub fn has_picture(&self) -> bool {
         self.relit.is_full()
     }
@@ -249,7 +249,7 @@ impl Worker {
         self.pictures.take()
     }
 
-    /// What happened since the last call.
+    /// Events since the last call.
     pub fn events(&self) -> impl Iterator<Item = Event> {
         self.events.take().into_iter()
     }
@@ -259,7 +259,7 @@ impl Worker {
         self.read_only = Some(why);
     }
 
-    /// Whether jobs may write into their project.
+    /// Checks that jobs may write into their project.
     ///
     /// # Errors
     /// [`Error::Busy`] after [`Self::refuse_writes`].
@@ -270,7 +270,7 @@ impl Worker {
         }
     }
 
-    /// Whether a job would be begun now: neither a job nor an export runs.
+    /// Checks that a job would be begun now: neither a job nor an export runs.
     ///
     /// # Errors
     /// [`Error::Busy`] if one does.
@@ -278,7 +278,7 @@ impl Worker {
         self.current_job.idle()
     }
 
-    /// What the running job does, in words; None if there is none. An export is no job.
+    /// The running job's work, in words; None if none runs. An export does not count.
     pub fn running_job(&self) -> Option<&'static str> {
         self.current_job.job()
     }

@@ -1,11 +1,11 @@
-//! What waits for a thread: the newest request of each kind, or all of them in order.
+//! Requests that wait for a thread: the newest of each kind, or all of them in order.
 
 use parking_lot::{Condvar, Mutex};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// What a thread can be asked for.
+/// A request to a thread.
 pub trait Request: Send + 'static {
     /// Of the requests in one lane only the newest waits; lower lanes are taken first. Requests in no lane all wait,
     /// in order, behind the others.
@@ -13,7 +13,7 @@ pub trait Request: Send + 'static {
         Some(0)
     }
 
-    /// Whether it is done even when the thread is to stop: it would be lost otherwise.
+    /// True if it is done even when the thread is to stop: it would be lost otherwise.
     fn is_kept(&self) -> bool {
         false
     }

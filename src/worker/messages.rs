@@ -1,4 +1,4 @@
-//! What the network's thread and the relighter ask of each other.
+//! Messages between the network's thread and the relighter.
 
 use super::PredictedFrame;
 use super::comparison::ComparisonSource;
@@ -7,7 +7,7 @@ use super::preview::PreviewRequest;
 use light::Rig;
 use std::sync::Arc;
 
-/// What the network's thread is asked for.
+/// Request to the network's thread.
 pub(super) enum NetworkRequest {
     /// To open its source again: there may be a newer network, or another device.
     Open,
@@ -31,7 +31,7 @@ pub(super) struct ComparisonRequest {
     pub frame: usize,
 }
 
-/// What the relighter is told, and asked for.
+/// News for the relighter, and requests to it.
 pub(super) enum RelighterRequest {
     Opened(OpenedSource),
     Predicted(Arc<PredictedFrame>),

@@ -14,18 +14,18 @@ use base::error::{Error, Result};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What the thread has, and its ends of what connects it.
+/// State of the thread, and its ends of the connections.
 pub(super) struct Network<Open, Tell> {
     open: Open,
     source: Option<Source>,
-    /// How many sources were opened.
+    /// Number of sources that were opened.
     generation: u64,
     own: Arc<Mailbox<NetworkRequest>>,
     relighter: Arc<Mailbox<RelighterRequest>>,
     tell: Tell,
 }
 
-/// What came of a request.
+/// Result of a request.
 pub(super) enum Done {
     Opened(OpenedSource, String),
     Blocked(Blocked),

@@ -1,4 +1,4 @@
-//! What long actions made: figures for scripts, and sentences for people.
+//! Results of long actions: figures for scripts, and sentences for people.
 
 mod sentence;
 
@@ -25,7 +25,7 @@ use tradeoff::{Applied, TradeoffReport};
 use training::TrainReport;
 use virtual_stage::StageReport;
 
-/// What a job made. Serialised, it is the figures alone.
+/// Result of a job. Serialised, it is the figures alone.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub enum Outcome {
@@ -59,7 +59,7 @@ pub enum Outcome {
 #[derive(Clone, Debug, Serialize)]
 pub struct WentBack {
     pub info: CheckpointInfo,
-    /// Whether it has the optimiser's state, so that training goes on as if it had not stopped.
+    /// It has the optimiser's state, so that training goes on as if it had not stopped.
     pub optimizer: bool,
 }
 
@@ -69,7 +69,7 @@ pub struct EnvironmentsReport {
     pub environments: Vec<KnownEnvironment>,
 }
 
-/// What an import found.
+/// Result of an import.
 #[derive(Clone, Debug, Serialize)]
 pub struct ImportReport {
     pub project: PathBuf,
@@ -81,7 +81,7 @@ pub struct ImportReport {
     pub lamps: usize,
     pub frames: usize,
     pub environments: usize,
-    /// How evenly a part of the lamps was chosen, in degrees: the largest distance of a direction that the whole rig
+    /// Evenness of a choice of part of the lamps, in degrees: the largest distance of a direction that the whole rig
     /// covers to a lamp, and the smallest distance of two lamps. None if all lamps are used.
     pub covering_deg: Option<f32>,
     pub separation_deg: Option<f32>,

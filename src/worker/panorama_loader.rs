@@ -16,7 +16,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 /// Panoramas that have been read and not been taken yet.
 const MOST_WAITING: usize = 4;
 
-/// Where a panorama comes from.
+/// Origin of a panorama.
 #[derive(Clone, Debug)]
 pub enum Origin {
     File(PathBuf),
@@ -49,7 +49,7 @@ pub struct Panorama {
     pub thumbnail: SrgbPicture,
     /// Its brightest areas, the one with most energy first.
     pub areas: Vec<Area>,
-    /// What had to be guessed or mended, a sentence each.
+    /// Guesses and repairs that were needed, a sentence each.
     pub notes: Vec<String>,
 }
 
@@ -158,7 +158,7 @@ impl<Wake: Fn()> Handler for Loading<Wake> {
 }
 
 impl Panorama {
-    /// How many of the brightest areas are looked for.
+    /// Number of brightest areas that are looked for.
     const AREAS: usize = 5;
 
     /// Reads a panorama, or makes it.

@@ -36,9 +36,9 @@ pub struct PreviewRequest {
     /// Its output is a display whatever it says.
     pub scene: Scene,
     pub environment: Arc<Environment>,
-    /// What is compared in place of the picture.
+    /// Comparison in place of the picture.
     pub first: Option<Comparison>,
-    /// What it is compared with.
+    /// Its counterpart.
     pub second: Option<Comparison>,
     /// Looks that are shown beside each other, under all lamps.
     pub looks: [Option<LookView>; 4],
@@ -57,8 +57,7 @@ pub struct PreviewRequest {
 /// A relit picture, ready for a texture.
 #[derive(Clone, Debug)]
 pub struct PreviewPicture {
-    /// What the picture shows. While a frame is being predicted, this is an older frame in the new
-    /// light.
+    /// Scene that the picture shows. While a frame is being predicted, this is an older frame in the new light.
     pub scene: Scene,
     /// Name of the environment.
     pub environment: String,
@@ -74,10 +73,9 @@ pub struct PreviewPicture {
     pub rgb_size: [usize; 2],
     /// The same codes on the GPU, if it made the picture.
     pub texture: Option<DisplayTexture>,
-    /// What is compared in its place, of the same size; where a scene asks for the difference, that to the
-    /// second.
+    /// Comparison in its place, of the same size; where a scene asks for the difference, that to the second.
     pub first: Option<(Comparison, SrgbPicture)>,
-    /// What it is compared with, of the same size.
+    /// Its counterpart, of the same size.
     pub second: Option<(Comparison, SrgbPicture)>,
     /// The first and the second themselves, where what is shown of them is a channel, false colours or a difference.
     pub whole: [Option<SrgbPicture>; 2],
@@ -87,13 +85,13 @@ pub struct PreviewPicture {
     pub solo: Vec<usize>,
     /// Scene-linear light of each pixel, premultiplied, where it is in memory at full size.
     pub linear: Option<Image>,
-    /// What each lamp's picture was multiplied with.
+    /// Factors of each lamp's picture.
     pub weights: Vec<[f32; 3]>,
-    /// What ran and what did not.
+    /// Passes that ran, and those that did not.
     pub passes: Vec<PassReport>,
-    /// What the frame's prediction took in milliseconds when it was made.
+    /// Time of the frame's prediction in milliseconds when it was made.
     pub predict_ms: f64,
-    /// What relighting took in milliseconds, from the ask to the codes, in memory or as a texture.
+    /// Time of relighting in milliseconds, from the ask to the codes, in memory or as a texture.
     pub relight_ms: f64,
     /// Share of the light's energy from where the rig has no lamp.
     pub uncovered: f32,

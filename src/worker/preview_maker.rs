@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Instant, SystemTime};
 
-/// What is known of the shoot.
+/// Knowledge of the shoot.
 pub(super) struct PreviewMaker {
     rig: Arc<Rig>,
     /// The first frame that was predicted: it sets the level of every light for the whole session.
@@ -66,7 +66,7 @@ impl PreviewMaker {
         self.resolution.factor()
     }
 
-    /// Whether the last picture is on the GPU alone.
+    /// True if the last picture is on the GPU alone.
     pub fn is_unread(&self) -> bool {
         self.unread.is_some()
     }

@@ -1,4 +1,4 @@
-//! Which pictures are made, and in which order.
+//! Pictures that are made, and their order.
 
 use super::*;
 use crate::messages::FrameRequest;

@@ -26,17 +26,17 @@ pub(super) const STILL: Duration = Duration::from_millis(120);
 /// Memory for reflectance fields: about 130 frames of 41 lamps at 128 pixels, or 8 at 512.
 const FIELD_BUDGET_BYTES: usize = 1 << 30;
 
-/// What the thread knows, and its ends of what connects it.
+/// State of the thread, and its ends of the connections.
 pub(super) struct Relighter<Tell> {
     network: Arc<Mailbox<NetworkRequest>>,
     pictures: Arc<Latest<Arc<PreviewPicture>>>,
     tell: Tell,
     /// Milliseconds that a picture may take while something moves.
     budget_ms: f64,
-    /// How long a drag has to rest, see [`STILL`].
+    /// Time that a drag has to rest, see [`STILL`].
     still: Duration,
     cache: FieldCache,
-    /// Which opening of the source is current.
+    /// Number of the source's current opening.
     generation: u64,
     /// None until a source was opened.
     maker: Option<PreviewMaker>,
@@ -48,7 +48,7 @@ pub(super) struct Relighter<Tell> {
     /// The frame that was predicted since the last picture.
     fresh: Option<usize>,
     compared: [AskedOlats; 2],
-    /// What the newest picture was made of: the same is not made again.
+    /// Inputs of the newest picture: the same is not made again.
     made: Option<PreviewInputs>,
     /// Something was learnt since the last picture.
     changed: bool,

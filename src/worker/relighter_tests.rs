@@ -1,4 +1,4 @@
-//! What the relighter decides, without a thread.
+//! Decisions of the relighter, without a thread.
 
 use super::*;
 use crate::ComparisonSource;

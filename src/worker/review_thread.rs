@@ -37,11 +37,11 @@ pub struct Cell {
     pub lamp: usize,
     /// The truth that frames were measured against.
     pub truth: Option<PathBuf>,
-    /// Where the network runs.
+    /// Device that runs the network.
     pub device: DeviceChoice,
 }
 
-/// What was measured in a cell.
+/// Pictures of a measured cell.
 #[derive(Clone, Debug)]
 pub struct CellPictures {
     pub cell: Cell,
@@ -51,18 +51,18 @@ pub struct CellPictures {
     pub difference: Raster<f32>,
 }
 
-/// What a project keeps of its review.
+/// A project's saved review.
 #[derive(Clone, Debug)]
 pub struct SavedReview {
     /// The figures; None before the first measurement.
     pub review: Option<Arc<Review>>,
-    /// What has changed since they were measured, as the subject of a sentence.
+    /// The change since they were measured, as the subject of a sentence.
     pub outdated: Option<&'static str>,
     pub marks: Marks,
     /// The truth that a new measurement would use: that of the last one, or the shoot's own.
     pub truth: Option<PathBuf>,
-    /// How far frames can be trusted without a truth, and whether that was found out for the present network; None before it
-    /// was asked for, or why it cannot be read.
+    /// Trust in frames without a truth, and a flag that it was found out for the present network; None before it was requested,
+    /// or the reason that it cannot be read.
     pub confidence: std::result::Result<Option<(Arc<ConfidenceReport>, bool)>, String>,
 }
 
@@ -75,7 +75,7 @@ pub struct ReviewThread {
     answers: Answers,
 }
 
-/// Where the newest answers lie.
+/// Slots of the newest answers.
 #[derive(Clone)]
 struct Answers {
     sheet: Arc<Latest<Answer<LampSheet>>>,

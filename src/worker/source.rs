@@ -1,4 +1,4 @@
-//! Where predicted frames come from: a project's calibration, exemplars and network.
+//! Source of predicted frames: a project's calibration, exemplars and network.
 
 use super::comparison::ComparisonSource;
 use super::comparison_reader::ComparisonReader;
@@ -35,14 +35,14 @@ pub type Predict = Box<dyn FnMut(usize) -> Result<Prediction, Error>>;
 /// Finds the OLATs that a frame is compared with.
 pub type FindComparison = Box<dyn FnMut(&ComparisonSource, usize) -> Result<Prediction, Error>>;
 
-/// Where predicted frames come from.
+/// Source of predicted frames.
 pub struct Source {
     pub rig: Rig,
-    /// Where the prediction runs, and why.
+    /// Device that runs the prediction, and the reason for it.
     pub device: String,
     /// Stays on the thread that made it.
     pub predict: Predict,
-    /// What predictions are compared with.
+    /// Counterparts for comparison with predictions.
     pub comparison: FindComparison,
     /// Work to be done beside predictions. If it returns true, the source is opened again: predictions are better then. Its error
     /// is said.

@@ -96,7 +96,7 @@ impl SrgbPicture {
         Self { width, height, rgb: rgb.collect() }
     }
 
-    /// What a mirror ball of `side` pixels across shows of it after a turn, seen by the camera; black around the ball.
+    /// View of it in a mirror ball of `side` pixels across after a turn, seen by the camera; black around the ball.
     pub fn mirror_ball(&self, turn: Quat, side: usize) -> Self {
         let codes = self.as_environment();
         let back = turn.inverse();

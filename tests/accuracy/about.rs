@@ -9,7 +9,7 @@ use tradeoff::Ledger;
 /// Steps of networks that should have made the same may differ by this factor without a word: epochs are whole.
 const SAME: f64 = 1.03;
 
-/// What is known of the runs that measured.
+/// Facts about the runs that measured.
 pub struct About {
     /// A record of each run, as [`crate::Clock::record`] makes it.
     pub runs: Vec<Value>,
@@ -50,7 +50,7 @@ pub fn section(page: &Page) -> String {
     text + "\n"
 }
 
-/// How long was measured, and what else the machine did.
+/// Time spent measuring, and the machine's other work meanwhile.
 fn runs(runs: &[Value]) -> String {
     let minutes: f64 = runs.iter().filter_map(|run| run["minutes"].as_f64()).sum();
     let mut text = match runs.len() {
@@ -75,7 +75,7 @@ fn runs(runs: &[Value]) -> String {
     text
 }
 
-/// Which rungs have how many seeds.
+/// Rungs with all seeds, rungs with fewer, and measurements still to be made.
 fn left(ladder: &Ledger, seeds: u64) -> String {
     let steps = steps(ladder);
     let count = |step: &Step| step.seeds.len() as u64;
@@ -99,7 +99,7 @@ fn left(ladder: &Ledger, seeds: u64) -> String {
     text + &fewer.collect::<Vec<_>>().join(",") + "."
 }
 
-/// How evenly networks were trained.
+/// Evenness of the networks' training.
 fn trained(ladder: &Ledger) -> String {
     let unevenness = unevenness(ladder);
     let by_steps = match ladder.base_step_ms {

@@ -15,7 +15,7 @@ the picture wide, within which error it is: usually, and with a chance of 3 in 4
 parts in four groups of as many, by the error that was said of them: how many are within what is usual.
 ";
 
-/// What poses are worth that `confidence` names, beside others.
+/// Worth of the poses that `confidence` names, beside others.
 pub fn section(added: &[Added]) -> String {
     let Some(first) = added.first() else {
         return String::new();
@@ -60,7 +60,7 @@ pub fn section(added: &[Added]) -> String {
     text
 }
 
-/// Whether what was said of errors holds; empty if nobody was asked.
+/// Check of the errors that `confidence` expected; empty if nobody was asked.
 pub fn errors(added: &[Added]) -> String {
     let judged: Vec<(&Added, &Value)> = (added.iter())
         .map(|one| (one, &one.judged))

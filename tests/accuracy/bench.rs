@@ -52,7 +52,7 @@ pub fn measure(options: &Options, clock: &Clock) -> Result<()> {
     Ok(())
 }
 
-/// What the benches printed, as far as this build ran them on this machine: figures of other code are not shown.
+/// Output of the benches, as far as this build ran them on this machine: figures of other code are not shown.
 pub fn all(options: &Options) -> Vec<Bench> {
     let machine = serde_json::to_value(base::machine::Machine::this()).unwrap_or_default();
     let kept = BENCHES.iter().filter_map(|(name, _)| {

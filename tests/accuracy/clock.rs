@@ -31,7 +31,7 @@ impl Clock {
         (self.minutes - self.spent()).max(0.0)
     }
 
-    /// Whether the time is over.
+    /// True if the time is over.
     pub fn is_over(&self) -> bool {
         self.left() <= 0.0
     }
@@ -40,7 +40,7 @@ impl Clock {
         self.began.elapsed().as_secs_f64() / 60.0
     }
 
-    /// What is kept of the run: its minutes, the share of the processor's time that other work had meanwhile (null where the
+    /// Record of the run: its minutes, the share of the processor's time that other work had meanwhile (null where the
     /// system does not say), and the program's build.
     pub fn record(&self, build: &str) -> Value {
         let others = self.ticks.zip(Ticks::now());

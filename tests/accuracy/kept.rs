@@ -1,4 +1,4 @@
-//! What was measured, kept on disk with the build of the program that measured it.
+//! Measurements kept on disk, with the build of the program that made them.
 
 use base::files::{self, write_beside};
 use base::{Error, Result};
@@ -14,7 +14,7 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// What was kept in a file; None if nothing was, or it is not what this program writes.
+    /// The result kept in a file; None if nothing was kept, or it is not what this program writes.
     pub fn read(path: &Path) -> Option<Self> {
         let text = files::read_text(path, files::MOST_TEXT).ok()?;
         let kept: Value = serde_json::from_str(&text).ok()?;
@@ -24,7 +24,7 @@ impl Kept {
         })
     }
 
-    /// What was kept in a file, or what `make` prints as JSON, which is kept there.
+    /// The result kept in a file, or the JSON that `make` prints, which is kept there.
     ///
     /// # Errors
     /// When `make` fails, prints something else, or the file cannot be written.

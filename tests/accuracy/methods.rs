@@ -12,7 +12,7 @@ pub const METHODS: [&str; 7] =
     ["nearest", "ratio", "harmonics", "transfer", "texler", "sun", "truth-olats"];
 /// Those of them that learn when they are measured.
 const LEARNING: [&str; 2] = ["texler", "sun"];
-/// What no method can exceed with this rig.
+/// The limit of this rig, which no method can exceed.
 pub const LIMIT: &str = "truth-olats";
 
 /// A method that was measured.
@@ -104,7 +104,7 @@ fn name(method: &str, learnt: Option<(u64, f64)>) -> String {
     }
 }
 
-/// What was measured of the methods, with every seed and both lengths of learning.
+/// Scores of the measured methods, with every seed and both lengths of learning.
 pub fn all(options: &Options, source: &Source, ladder: &Ledger) -> Vec<Scored> {
     let Some((base, most)) = minutes(ladder) else {
         return Vec::new();

@@ -97,7 +97,7 @@ impl Page {
     }
 }
 
-/// Which builds of the program measured some figures, and how many each: one sentence.
+/// Builds of the program that measured some figures, and the number of figures of each: one sentence.
 pub fn builds<'a>(of: impl Iterator<Item = &'a str>) -> String {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     of.for_each(|build| *counts.entry(build).or_default() += 1);
@@ -121,7 +121,7 @@ pub fn builds<'a>(of: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
-/// What a shoot showed; plot and table are beside the page, named `stem`.
+/// Section about a shoot; plot and table are beside the page, named `stem`.
 fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
     let Shoot { name, size, ladder, .. } = shoot;
     let base = ladder.rungs.first();
@@ -231,7 +231,7 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
     text
 }
 
-/// What a method is called on the page.
+/// Name of a method on the page.
 pub fn words(method: &str) -> &str {
     match method {
         "nearest" => "nearest exemplar pose",

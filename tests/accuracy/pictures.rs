@@ -28,7 +28,7 @@ the measure's exposure, *shadow* what is a tenth as bright or less, *lit* the re
 overlaps another. The best is bold. The limit is known of frames alone whose true OLATs are there; the sheets show such frames.
 ";
 
-/// What of the limit can be gained is only said beyond this, in decibels.
+/// Smallest distance to the limit that is reported, in decibels.
 const TELLING: f64 = 0.05;
 
 /// Writes the page and its sheets into the folder, for the shoots whose prediction was compared. No page is written if there is none.
@@ -83,7 +83,7 @@ fn section(shoot: &Shoot, compared: &[&Scored], shown: &str) -> String {
     text
 }
 
-/// How long those that learn have learnt.
+/// Training time and steps of the methods that learn.
 fn learnt(compared: &[&Scored]) -> String {
     let learning = compared.iter().filter_map(|of| {
         let scores = &of.kept.result;
@@ -100,7 +100,7 @@ struct Cell {
     region: String,
     /// Of the subject's pixels.
     share: f64,
-    /// What each method reached, in decibels.
+    /// Decibels that each method reached.
     reached: Vec<Option<f64>>,
 }
 

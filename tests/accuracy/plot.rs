@@ -48,7 +48,7 @@ impl Area {
         Self { left: x - 4, top: y - 4, right: x + 4, bottom: y + 4 }
     }
 
-    /// Where a point's name can stand: right, left, above and below.
+    /// Places for a point's name: right, left, above and below.
     fn beside((x, y): (i32, i32), name: &str) -> [Self; 4] {
         let width = 6 * name.len() as i32;
         [(6, -5), (-6 - width, -5), (-width / 2, -16), (-width / 2, 6)].map(|(by_x, by_y)| Self {

@@ -1,4 +1,4 @@
-//! Whether the frames that `confidence` names are worth more as poses than others, on shoots of the virtual stage.
+//! Worth of the frames that `confidence` names as poses, beside others, on shoots of the virtual stage.
 
 use crate::kept::Kept;
 use crate::{Clock, Options};
@@ -15,12 +15,12 @@ pub const SEEDS: [u64; 3] = [1001, 1002, 1003];
 /// Poses photographed before, and added.
 const BEFORE: usize = 3;
 const ADDED: usize = 2;
-/// How often others are drawn.
+/// Number of times that others are drawn.
 const DRAWS: u64 = 3;
 const FRAMES: usize = 48;
 const SIZE: usize = 64;
 
-/// What a network reached with some poses added.
+/// Accuracy of a network with some poses added.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reached {
     /// Frames that the added poses are like.
@@ -30,7 +30,7 @@ pub struct Reached {
     pub relit: f64,
 }
 
-/// What was measured on one shoot.
+/// Measurements on one shoot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Added {
     pub seed: u64,
@@ -39,7 +39,7 @@ pub struct Added {
     pub before: Reached,
     pub chosen: Reached,
     pub drawn: Vec<Reached>,
-    /// What `confidence --truth` says of the errors that it expected of the network with the first poses.
+    /// Verdict of `confidence --truth` on the errors that it expected of the network with the first poses.
     pub judged: Value,
     /// Builds of the program that measured it.
     pub builds: Vec<String>,
@@ -74,7 +74,7 @@ struct Shoot<'a> {
 }
 
 impl Shoot<'_> {
-    /// What was kept, or what `make` prints, if there is time for it.
+    /// The result that was kept, or the one that `make` prints, if there is time for it.
     fn kept(&self, path: &Path, make: impl FnOnce() -> Result<String>) -> Result<Option<Kept>> {
         match Kept::read(path) {
             Some(kept) => Ok(Some(kept)),
@@ -128,7 +128,7 @@ impl Shoot<'_> {
         }))
     }
 
-    /// What `confidence` says of the shoot with the first poses.
+    /// Output of `confidence` for the shoot with the first poses.
     fn named(&self) -> Result<Option<Kept>> {
         self.kept(&self.folder.join("named.json"), || {
             let at = self.folder.join("like-none");

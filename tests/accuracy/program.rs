@@ -67,7 +67,7 @@ struct Options {
     /// The program that measures.
     #[arg(long, default_value = "target/debug/afterlight")]
     program: PathBuf,
-    /// Where projects and figures are kept.
+    /// Folder of projects and figures.
     #[arg(long, default_value = "target/accuracy")]
     work: PathBuf,
     /// The page to write; its plots go into a folder of its name.
@@ -150,7 +150,7 @@ fn pictured(options: &Options, source: &Source, clock: &Clock) -> Result<()> {
 }
 
 impl Options {
-    /// What the page is made of.
+    /// Contents of the page.
     fn page(&self, sources: &[Source]) -> Result<Page> {
         let mut left_out = Vec::new();
         let mut shoots = Vec::new();
@@ -210,7 +210,7 @@ impl Options {
         })
     }
 
-    /// Which build of the program measures.
+    /// Build of the program that measures.
     fn build(&self) -> &str {
         let named = || evaluation::build_of(&self.program);
         self.build.get_or_init(|| named().unwrap_or_else(|_| "unknown".to_owned()))
@@ -236,7 +236,7 @@ impl Options {
         self.shared.join(LPIPS)
     }
 
-    /// What the program prints.
+    /// Output of the program.
     fn afterlight(&self, arguments: &[&str]) -> Result<String> {
         println!("afterlight {}", arguments.join(" "));
         printed(Command::new(&self.program).args(arguments))
@@ -249,7 +249,7 @@ fn plain(name: &str) -> String {
     name.chars().map(plain).collect()
 }
 
-/// What a command prints; its errors are shown.
+/// Output of a command; its errors are shown.
 fn printed(command: &mut Command) -> Result<String> {
     let shown = format!("{command:?}");
     let output = command.stderr(Stdio::inherit()).output().map_err(|e| {

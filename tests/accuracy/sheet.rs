@@ -18,7 +18,7 @@ const MOST_BYTES: usize = 390_000;
 /// The frame around the best picture: its width in pixels, and its codes.
 const FRAME: usize = 3;
 const AMBER: [f32; 3] = [1.0, 0.72, 0.2];
-/// What differences are multiplied by.
+/// Factor that differences are multiplied by.
 const GAIN: f32 = 4.0;
 /// The power that the pictures are encoded by.
 const GAMMA: f32 = 2.2;
@@ -115,7 +115,7 @@ fn rows(methods: &[&Value]) -> Vec<Row> {
 }
 
 impl Row {
-    /// What a method reached there.
+    /// Decibels that a method reached there.
     fn decibels(&self, of: &Scored) -> Option<f64> {
         let scores = &of.kept.result;
         let frames = scores["frames"].as_array()?;

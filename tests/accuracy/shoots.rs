@@ -14,7 +14,7 @@ const BASE_MINUTES: std::ops::RangeInclusive<f64> = 0.02..=10.0;
 pub struct Source {
     pub name: String,
     pub folder: PathBuf,
-    /// Where its figures are kept.
+    /// Folder of its figures.
     pub work: PathBuf,
 }
 
@@ -24,7 +24,7 @@ impl Source {
         self.work.join("project")
     }
 
-    /// What was measured of its ladder.
+    /// Measurements of its ladder.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -67,7 +67,7 @@ impl Source {
     }
 }
 
-/// Where the virtual stage's shoot is.
+/// Path of the virtual stage's shoot.
 pub fn stage(options: &Options) -> PathBuf {
     options.work.join("stage")
 }

@@ -37,7 +37,7 @@ pub struct Step<'a> {
     pub name: &'a str,
     pub knob: Option<Knob>,
     pub seeds: Vec<&'a Measured>,
-    /// Whether no other is both faster and nearer to the truth, by the means.
+    /// No other is both faster and nearer to the truth, by the means.
     pub on_front: bool,
 }
 

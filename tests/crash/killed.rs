@@ -10,7 +10,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 use test_support::accident::{End, Moments, age, left_over};
 
-/// What came of killing a command again and again.
+/// Results of killing a command again and again.
 #[derive(Default)]
 struct Tally {
     killed: u32,
@@ -44,7 +44,7 @@ impl Tally {
     }
 }
 
-/// How long a command runs that nobody kills.
+/// Run time of a command that nobody kills.
 fn measured(command: &mut Command) -> Duration {
     let started = Instant::now();
     let output = command.output().unwrap();

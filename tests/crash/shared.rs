@@ -9,7 +9,7 @@ use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 use test_support::accident::left_over;
 
-/// How long they do so.
+/// Environment variable with the seconds for which they do so.
 const SECONDS: &str = "AFTERLIGHT_SHARED_SECONDS";
 
 /// Runs a command; it must end.
@@ -21,7 +21,7 @@ fn ended(ground: &Ground, arguments: &[&str]) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// How often a command was done and how often it was refused, until `over`; it fails for no other reason than that
+/// Number of times that a command was done and that it was refused, until `over`; it fails for no other reason than that
 /// another writes.
 fn hammer<'a>(
     ground: &Ground,

@@ -1,4 +1,4 @@
-//! What goes wrong on farms: nothing is lost, nothing is double, and each has its sentence.
+//! Faults on farms: nothing is lost, nothing is double, and each has its sentence.
 
 use crate::job::{FRAMES, Ground};
 use crate::program::{afterlight, fail, succeed};

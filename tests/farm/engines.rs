@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use test_support::{Slurm, shown};
 
-/// What `openjd` says; it has to end so.
+/// Output of `openjd`; it has to end so.
 fn openjd(program: &Path, succeeds: bool, arguments: &[&str]) -> String {
     let output = Command::new(program).args(arguments).output().unwrap();
     let said = said(&output);

@@ -1,4 +1,4 @@
-//! What all tests of the farm begin with: a project with a network that has hardly learnt anything, and its export.
+//! The start of all tests of the farm: a project with a network that has hardly learnt anything, and its export.
 
 use crate::program::{afterlight, fail, succeed};
 use serde_json::Value;
@@ -11,7 +11,7 @@ use test_support::wait_for;
 
 /// Frames of the interview.
 pub const FRAMES: usize = 12;
-/// Where the look of all exports comes from. Names have spaces, as people's have.
+/// Options for the look of all exports. Names have spaces, as people's have.
 const LOOK: [&str; 5] = ["--environment", "nave", "--turntable", "--device", "cpu"];
 
 /// A folder with the project `my film` of the shoot `the shoot`.
@@ -73,7 +73,7 @@ impl Ground {
         std::fs::read(self.at(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    /// Which of a movie's frames are there.
+    /// Numbers of a movie's frames that are there.
     pub fn frames(&self, job: &str) -> Vec<usize> {
         (0..FRAMES).filter(|frame| self.frame(job, *frame).is_file()).collect()
     }

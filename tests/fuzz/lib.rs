@@ -25,21 +25,21 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use test_support::{PATIENCE, repository};
 
-/// What a reader may have on the heap at once: two copies of the largest picture that is read, with 12 bytes for each of
-/// `imaging::file::MAX_PIXELS`, and what a decoder takes.
+/// Most bytes that a reader may have on the heap at once: two copies of the largest picture that is read, with 12 bytes for
+/// each of `imaging::file::MAX_PIXELS`, and the memory that a decoder takes.
 pub const MOST_MEMORY: usize = 4 << 30;
 /// Most letters of an error.
 const LONGEST_SENTENCE: usize = 4000;
 
-/// What is changed and read.
+/// A kind of file that is changed and read.
 pub struct Target {
     /// Its name, and that of its folder of cases.
     pub name: &'static str,
-    /// Where the file stands while it is read.
+    /// Path of the file while it is read.
     pub place: PathBuf,
     /// Valid files to start from.
     pub seeds: Vec<Vec<u8>>,
-    /// Whether they hold words and numbers.
+    /// The files hold words and numbers.
     pub of_text: bool,
     /// Corrects what would hide the rest, such as checksums.
     pub repair: fn(&mut Vec<u8>),
@@ -70,7 +70,7 @@ pub struct Run {
     _alone: MutexGuard<'static, ()>,
 }
 
-/// What a reader makes of a file: nothing to object to, or the error's sentence.
+/// Result of reading a file: nothing to object to, or the error's sentence.
 pub type Outcome = Result<(), String>;
 
 impl Run {
@@ -110,7 +110,7 @@ impl Run {
         run
     }
 
-    /// How long it runs.
+    /// Time for which it runs.
     pub fn time() -> Duration {
         let said = std::env::var("AFTERLIGHT_FUZZ_SECONDS").ok();
         Duration::from_secs_f64(said.map_or(1.5, |text| text.parse().unwrap()))
@@ -179,7 +179,7 @@ impl Run {
         assert!(!sentence.contains(strange), "the error has control characters: {sentence:?}");
     }
 
-    /// What was measured, for `docs/stability.md`.
+    /// Figures of the run, for `docs/stability.md`.
     pub fn end(self) -> String {
         let figures = format!(
             "{} files, {} refused, at most {:.0} MB",

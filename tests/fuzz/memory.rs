@@ -16,7 +16,7 @@ pub struct Counted;
 /// Bytes on the heap, and the most since [`begin`].
 static LIVE: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
-/// What one allocation may take, and the file that is being read.
+/// Most bytes that one allocation may take, and the file that is being read.
 static MOST: AtomicUsize = AtomicUsize::new(usize::MAX);
 static READING: Mutex<String> = Mutex::new(String::new());
 
@@ -43,7 +43,7 @@ fn grown(by: usize) {
     PEAK.fetch_max(live, Relaxed);
 }
 
-/// Whether one allocation is too large; then the process is about to be aborted, and says why.
+/// True if one allocation is too large; then the process is about to be aborted, and says why.
 fn is_refused(size: usize) -> bool {
     let most = MOST.load(Relaxed);
     if size <= most {

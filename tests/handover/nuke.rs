@@ -2,7 +2,7 @@ use crate::nuke_script::Script;
 use crate::{HARD_NAME, handed_over, picture};
 use std::path::{Path, PathBuf};
 
-/// What half floats round away of layers and picture together, in multiples of a value.
+/// Rounding error of half floats in layers and picture together, in multiples of a value.
 const ROUNDING: f32 = 1.0 / 1024.0;
 
 const LOOK: &str =

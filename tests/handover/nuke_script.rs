@@ -31,7 +31,7 @@ pub struct Node {
 #[derive(Clone, Debug)]
 pub struct Script {
     pub nodes: Vec<Node>,
-    /// Where it lies.
+    /// Folder of the script.
     folder: PathBuf,
 }
 
@@ -148,7 +148,7 @@ impl Script {
         found.unwrap_or_else(|| panic!("no node {name}"))
     }
 
-    /// What a node shows in a frame.
+    /// Picture of a node in a frame.
     pub fn picture(&self, node: usize, frame: usize) -> Channels {
         let node = &self.nodes[node];
         let input = |index: usize| self.picture(node.inputs[index], frame);

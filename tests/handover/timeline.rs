@@ -6,7 +6,7 @@ use test_support::{ffmpeg, python, repository};
 
 const LOOK: &str = "--environment nave --frames 1-3 --hand-over otio,edl";
 
-/// What OpenTimelineIO reads.
+/// Timeline as OpenTimelineIO reads it.
 fn read(python: &Path, file: &Path, rate: &[&str]) -> Value {
     let output = Command::new(python)
         .arg(repository("tests/peers/timeline.py"))

@@ -1,4 +1,4 @@
-//! What is copied from the GPU to memory while something runs.
+//! Copies from the GPU to memory while something runs.
 
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -36,7 +36,7 @@ fn mapped() -> MutexGuard<'static, Vec<u64>> {
     MAPPED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What was mapped while `work` ran. Tests take turns, since they share the log.
+/// Result of `work`, and the bytes of each buffer mapped while it ran. Tests take turns, since they share the log.
 pub fn mapped_during<T>(work: impl FnOnce() -> T) -> (T, Vec<u64>) {
     mapped().clear();
     let result = work();

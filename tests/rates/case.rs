@@ -1,4 +1,4 @@
-//! What is measured: the demo's interview at several sizes of its plates and of the network, with more and fewer lamps.
+//! Cases to measure: the demo's interview at several sizes of its plates and of the network, with more and fewer lamps.
 
 use super::{Afterlight, Result};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ pub struct Case {
     /// Working size in pixels.
     pub network: usize,
     pub lamps: usize,
-    /// Whether frames are EXR stills; otherwise they become ProRes 4444.
+    /// Frames are EXR stills; otherwise they become ProRes 4444.
     pub stills: bool,
 }
 
@@ -33,7 +33,7 @@ pub const CASES: [Case; 6] = [
 ];
 
 impl Case {
-    /// What it is called in tables.
+    /// Name of the case in tables.
     pub fn words(&self) -> String {
         let (width, height) = self.plate;
         let files = match self.stills {
@@ -72,7 +72,7 @@ impl Case {
     }
 }
 
-/// Whether a file of a shoot belongs to its interview: a plate or a matte.
+/// True if a file of a shoot belongs to its interview: a plate or a matte.
 pub fn is_interview(shoot: &Path, file: &Path) -> bool {
     let inside = file.strip_prefix(shoot).unwrap_or(file);
     let folder = inside.components().next();

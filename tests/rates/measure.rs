@@ -1,4 +1,4 @@
-//! What a frame takes and moves, as workers of a farm make it.
+//! Time and data of a frame, as workers of a farm make it.
 
 use super::case::{Case, files, is_interview, text};
 use super::{Afterlight, Result};
@@ -6,7 +6,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::time::Instant;
 
-/// How often each is measured; the fastest counts, for other work only adds.
+/// Number of times that each is measured; the fastest counts, for other work only adds.
 const TIMES: usize = 2;
 /// Frames of the interview that are relit, and of a shorter job: the difference has no starts.
 const LONG: usize = 12;
@@ -15,10 +15,10 @@ const SHORT: usize = 3;
 const CHUNKS: [&str; 2] = ["1-2", "3-10"];
 const CHUNKS_APART: f64 = 6.0;
 
-/// What a frame takes and moves.
+/// Time and data of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rate {
-    /// What it is of, for tables.
+    /// Name of the case, for tables.
     pub what: String,
     /// Milliseconds from one frame to the next on all threads of the machine.
     pub frame_ms: f64,

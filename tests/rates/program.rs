@@ -67,7 +67,7 @@ struct Afterlight {
 }
 
 impl Afterlight {
-    /// What a command prints with `--json`.
+    /// Output of a command with `--json`.
     fn run(&self, command: &str, words: &[&str]) -> Result<serde_json::Value> {
         let mut process = Command::new(&self.program);
         process.arg(command).args(words).arg("--json");

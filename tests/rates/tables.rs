@@ -81,7 +81,7 @@ fn costs(text: &mut String, rates: &[Rate], threads: f64) {
     text.push('\n');
 }
 
-/// How much longer each case takes than the first.
+/// Time of each case as a multiple of the first's.
 fn growth(text: &mut String, rates: &[Rate]) {
     let Some((base, others)) = rates.split_first() else {
         return;

@@ -8,7 +8,7 @@ use project::Project;
 use std::path::{Path, PathBuf};
 use virtual_stage::{StageSettings, write_shoot};
 
-/// What is filmed, and what is worked with.
+/// Sizes of the footage and of the project made of it.
 #[derive(Clone, Copy, Debug)]
 pub struct TestShoot {
     /// Frames of the interview.

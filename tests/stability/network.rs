@@ -115,7 +115,7 @@ const KINDS: [(Normalization, Statistics); 4] = [
     (Normalization::None, Statistics::Own),
 ];
 
-/// Whether all pictures of the frames are finite.
+/// True if all pictures of the frames are finite.
 fn pictures_are_finite(predictor: &Predictor, compute: &ComputeDevice) -> bool {
     let weights = LightWeights { per_lamp: vec![[1.0; 3]; LAMPS], uncovered: 0.0 };
     let scene = Scene { output: Output::Linear, ..Scene::default() };

@@ -43,7 +43,7 @@ fn exact(field: &ReflectanceField, weights: &[[f32; 3]], pixel: usize, c: usize)
     ]
 }
 
-/// How far each format is from the sum in f64, in units of what its numbers allow.
+/// Distance of each format from the sum in f64, in units of what its numbers allow.
 fn in_bounds(
     field: &ReflectanceField,
     weights: &[[f32; 3]],

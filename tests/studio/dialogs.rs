@@ -14,7 +14,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-/// Until it is said that the system shows no dialog: the buttons move as that is said.
+/// Until a message says that the system shows no dialog: the buttons move then.
 pub fn until_missing(window: &mut Window) {
     until(window, "that there is no dialog", |app| {
         let entry = app.state().path.as_ref();
@@ -22,7 +22,7 @@ pub fn until_missing(window: &mut Window) {
     });
 }
 
-/// What stands in the field for a path.
+/// Text in the field for a path.
 fn typed(window: &Window) -> String {
     let field = window.get_by_role_and_label(Role::TextInput, "Path");
     field.accesskit_node().value().unwrap_or_default()

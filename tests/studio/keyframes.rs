@@ -91,7 +91,7 @@ fn toggle(window: &mut Window, setting: &str) {
     window.run_steps(2);
 }
 
-/// Where a key is drawn.
+/// Position of a key in the window.
 fn key(window: &Window, setting: &str, frame: usize) -> Pos2 {
     let name = format!("{setting} key at frame {frame}");
     window.get_by_label(&name).rect().center()
@@ -149,7 +149,7 @@ fn going_to_another_frame_writes_no_file() {
     assert_eq!(written(), before);
 }
 
-/// What Ctrl+C puts on the clipboard.
+/// Text that Ctrl+C puts on the clipboard.
 fn copied(window: &mut Window) -> String {
     window.event(Event::Copy);
     for _ in 0..4 {

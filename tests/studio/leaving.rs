@@ -1,4 +1,4 @@
-//! What is asked before work ends: by a close, or by another project.
+//! Questions asked before work ends: by a close, or by another project.
 
 use super::export::{told_export, until_share};
 use super::{Window, clay_window, drop_onto, project, snapshot, told_job, until, until_labelled};

@@ -215,7 +215,7 @@ fn undo(window: &mut Window) {
     until_shown(window);
 }
 
-/// What Ctrl+C puts on the clipboard.
+/// Text that Ctrl+C puts on the clipboard.
 fn copied(window: &mut Window) -> Option<String> {
     window.event(Event::Copy);
     for _ in 0..4 {

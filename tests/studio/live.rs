@@ -148,7 +148,7 @@ fn nothing_that_is_shown_asks_for_frames_while_nothing_happens() {
     }
 }
 
-/// How many controls are shown; each has a name.
+/// Number of controls shown; each has a name.
 fn named_controls(window: &Window) -> usize {
     window.check_accessibility();
     let controls = window.root().children_recursive();
@@ -475,7 +475,7 @@ fn processor_time(folder: &Path) -> Option<(String, f64)> {
     Some((name.to_owned(), ticks.sum::<f64>() / 100.0))
 }
 
-/// What this process takes of the processor within `time`, in seconds, and which of its threads do.
+/// Processor time of this process within `time`, in seconds, and the threads that spend it.
 #[cfg(target_os = "linux")]
 fn spent_within(time: Duration) -> (f64, String) {
     let own = || processor_time(Path::new("/proc/self")).unwrap().1;

@@ -1,4 +1,4 @@
-//! What this machine can do, in the window.
+//! Abilities of this machine, in the window.
 
 use super::{clay_window, snapshot, temporary, until_labelled};
 use afterlight::benchmark::MachineReport;

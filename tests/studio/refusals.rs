@@ -1,4 +1,4 @@
-//! What cannot be done is said over the picture, and stays there until it is answered.
+//! Refusals are shown over the picture, and stay there until they are answered.
 
 use super::{
     MIDDLE, Window, clay, clay_window, drop_onto, plain_drag, snapshot_without, told_job, until,

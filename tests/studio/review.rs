@@ -92,7 +92,7 @@ fn click(window: &mut Window, pos: Pos2, modifiers: Modifiers) {
     window.run_steps(4);
 }
 
-/// Where a lamp is in the map of errors, in a row.
+/// Position of a lamp in the map of errors, in a row.
 fn in_map(window: &Window, row: usize, lamp: usize) -> Pos2 {
     let map = window.get_by_label("FLIP by lamp and frame").rect();
     let column = (map.width() - 86.0) / LAMPS as f32;
@@ -166,12 +166,12 @@ fn a_cell_is_found_looked_at_and_marked() {
     assert_eq!(window.state().state().solo, [lamp]);
 }
 
-/// What was measured.
+/// The measurement.
 fn measurement(window: &Window) -> Arc<Review> {
     window.state().review().measured().unwrap().clone()
 }
 
-/// What a case is called in the strip.
+/// Label of a case in the strip.
 fn in_strip(review: &Review, (case, mean): (usize, f64)) -> String {
     let figure = Metric::Flip.text(mean);
     format!("{}: mean FLIP {figure}", review.cases[case].name)

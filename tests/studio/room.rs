@@ -1,4 +1,4 @@
-//! Where things are: nothing moves, overlaps or falls out of the window, also in a small one.
+//! Layout of the window: nothing moves, overlaps or falls out of it, also in a small one.
 
 use super::dialogs::until_missing;
 use super::export::{
@@ -129,7 +129,7 @@ fn in_a_row(window: &Window, y: f32) -> Vec<(String, Rect)> {
     named.collect()
 }
 
-/// Whether controls lie in the window, and none on another.
+/// Checks that controls lie in the window, and none on another.
 fn inside(window: &Window, controls: &[(String, Rect)]) {
     let whole = window.ctx.content_rect();
     assert!(controls.len() > 2, "{controls:?}");

@@ -5,7 +5,7 @@ use super::{MIDDLE, Window, clay_window, picture, until, until_labelled, until_s
 use egui::{Event, Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 
-/// What is said of the white pixels of a picture.
+/// Readout of the white pixels of a picture.
 fn white(rgb: &[u8]) -> String {
     let pixels = rgb.as_chunks::<3>().0;
     let [r, g, b] = [0, 1, 2].map(|c| pixels.iter().filter(|pixel| pixel[c] == 255).count());

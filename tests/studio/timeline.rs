@@ -456,7 +456,7 @@ fn in_and_out_are_undone_and_come_back_in_the_next_window() {
     assert_eq!(range(&window), Some((2, 7)), "undo comes back too");
 }
 
-/// Where the line of what is cached is drawn, from left to right.
+/// Left and right ends of the drawn line of cached frames, from left to right.
 fn cached(window: &Window) -> Vec<[f32; 2]> {
     let color = egui::Color32::from_rgb(108, 147, 192);
     let shapes = window.output().shapes.iter();

@@ -1,4 +1,4 @@
-//! How far the environment is turned: what its number and the compass say, and what a drag or a click turns.
+//! Turn of the environment: its number and the compass show it, and a drag or a click changes it.
 
 use super::{
     Window, clay, clay_window, go, plain_drag, scroll_to, type_into, until, until_labelled,
@@ -14,7 +14,7 @@ fn yaw(window: &Window) -> f32 {
     window.state().state().look.yaw_deg
 }
 
-/// What a number reads.
+/// Text of a number field.
 fn reads(window: &Window, field: &str) -> String {
     let field = window.get_by_role_and_label(Role::SpinButton, field);
     field.value().unwrap_or_default()

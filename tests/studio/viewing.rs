@@ -1,4 +1,4 @@
-//! How the picture is looked at, of which nothing is exported; and the scopes, which count what is seen.
+//! Views of the picture, of which nothing is exported; and the scopes, which count what is seen.
 
 use super::{
     MIDDLE, Window, brightness, clay, clay_window, picture, plain_drag, snapshot, until,
@@ -52,7 +52,7 @@ fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
     };
     assert!(second(&seen) > second(&plain), "the other picture, too");
     assert_eq!(seen.linear, plain.linear, "the light is what it is");
-    // It is said over the picture and beside what is read.
+    // Shown over the picture and beside the readout.
     window.get_by_label("viewing +1.0 stops: not exported");
     window.event(Event::PointerMoved(MIDDLE));
     window.run_steps(3);

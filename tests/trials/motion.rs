@@ -31,8 +31,8 @@ pub struct MotionColumns {
 type Way = Vec<[f64; 2]>;
 
 impl MotionColumns {
-    /// What was found in pictures of `size` pixels, beside the truth: per pose (by the numbers at the end of their names)
-    /// and lamp (in the order of `lamps`) where the face is; empty if the subject sat still.
+    /// Columns for the motion found in pictures of `size` pixels, beside the truth: the face's place per pose (by the numbers at
+    /// the end of their names) and lamp (in the order of `lamps`); empty if the subject sat still.
     pub fn of(found: &Motion, truth: &Value, lamps: &[&str], size: usize) -> Self {
         let mut columns = Self::default();
         let (mut moved, mut left) = (0.0, 0.0);

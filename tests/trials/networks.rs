@@ -1,4 +1,4 @@
-//! What the calibration costs in the picture: networks trained with the response that it found and with the true one, on
+//! Cost of the calibration in the picture: networks trained with the response that it found and with the true one, on
 //! the same shoot with as many steps, compared with the truth. The program itself does it, as a person would.
 
 use crate::trial;
@@ -35,7 +35,7 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// What the calibration cost, in dB.
+    /// Cost of the calibration, in dB.
     pub fn loss(&self) -> f64 {
         self.exact - self.found
     }
@@ -58,7 +58,7 @@ impl fmt::Display for Pair {
     }
 }
 
-/// How the networks are trained.
+/// Settings of the networks' training.
 #[derive(Clone, Copy, Debug)]
 pub struct Training<'a> {
     /// The program `afterlight`.

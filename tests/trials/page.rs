@@ -118,7 +118,7 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// Whether a shoot belongs to a group.
+/// Condition that puts a shoot in a group.
 type Belongs = fn(&Row) -> bool;
 
 /// Groups of shoots that have something in common, the first being all.
@@ -211,7 +211,7 @@ shoots a standard curve was found, which states no interval.
     )
 }
 
-/// What makes it hard: the same by groups.
+/// Causes of difficulty: the same by groups.
 fn groups(rows: &[&Row]) -> String {
     let mut page = String::from(
         "\n## What makes it hard
@@ -268,7 +268,7 @@ fn wrong(rows: &[&Row]) -> String {
     page
 }
 
-/// What the calibration costs in the picture, if networks were trained.
+/// Cost of the calibration in the picture, if networks were trained.
 fn networks(pairs: &[Pair]) -> String {
     let Some(first) = pairs.first() else {
         return String::new();

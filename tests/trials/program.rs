@@ -27,7 +27,7 @@ use std::process::ExitCode;
 /// Calibrates shoots drawn at random and writes what came out. Trials that the tables hold are not made again.
 #[derive(Debug, Parser)]
 struct Options {
-    /// How many shoots, of this seed and those that follow.
+    /// Number of shoots, of this seed and those that follow.
     #[arg(long, default_value_t = 200)]
     trials: u64,
     /// The first seed.
@@ -128,7 +128,7 @@ fn pairs(options: &Options) -> Result<Vec<Pair>> {
     Ok(pairs)
 }
 
-/// What a table holds, unless it is to be forgotten.
+/// Rows of a table, unless it is to be forgotten.
 fn kept<R: DeserializeOwned>(options: &Options, path: &Path) -> Result<Vec<R>> {
     if options.fresh || options.fresh_shoots {
         return Ok(vec![]);

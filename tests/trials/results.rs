@@ -1,4 +1,4 @@
-//! What one trial found.
+//! Result of one trial.
 
 use crate::motion::MotionColumns;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use std::fmt;
 /// The truth is outside all stated intervals.
 pub const OUTSIDE: f64 = 1.0;
 
-/// What one shoot was, and what its calibration found.
+/// Description of one shoot, and the result of its calibration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Row {
@@ -58,7 +58,7 @@ pub struct Row {
     /// Seconds for the shoot and for its calibration.
     pub shoot_seconds: f64,
     pub seconds: f64,
-    /// Why there is no calibration; empty if there is one.
+    /// Reason for a missing calibration; empty if there is one.
     pub refused: String,
 }
 

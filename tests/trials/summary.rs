@@ -1,4 +1,4 @@
-//! What many trials say together: errors, and how often the truth lay within what was stated.
+//! Summary of many trials: errors, and the share in which the truth lay within what was stated.
 
 use crate::results::Row;
 
@@ -20,7 +20,7 @@ const SURE: f64 = 5.0;
 pub const LEVELS: [f64; 3] = [0.5, 0.9, 0.99];
 
 impl Estimate {
-    /// How many stated deviations the truth is away.
+    /// Distance of the truth in stated deviations.
     pub fn deviations_off(&self) -> f64 {
         if self.deviation > 0.0 {
             return (self.off / self.deviation).abs();
@@ -28,7 +28,7 @@ impl Estimate {
         if self.off.abs() <= EXACT { 0.0 } else { f64::INFINITY }
     }
 
-    /// Whether the truth is beyond five stated deviations.
+    /// True if the truth is beyond five stated deviations.
     pub fn is_sure_and_wrong(&self) -> bool {
         self.deviations_off() > SURE
     }

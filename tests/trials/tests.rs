@@ -87,7 +87,7 @@ fn the_page_says_what_was_sure_and_wrong() {
     }
 }
 
-/// What the calibration says of one pose under four lamps.
+/// The calibration's statement about one pose under four lamps.
 fn said(pose: &str, largest_px: f32, shifts: Vec<[f32; 4]>) -> PoseMotion {
     PoseMotion {
         pose: pose.into(),

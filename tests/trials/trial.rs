@@ -100,7 +100,7 @@ pub fn json(path: &Path) -> Result<Value> {
     serde_json::from_slice(&bytes).map_err(|e| Error::codec("read", path, e, REMEDY))
 }
 
-/// What is true of a shoot.
+/// Truth about a shoot.
 struct Truth {
     facts: Value,
     directions: Vec<Vec3>,

@@ -1,4 +1,4 @@
-//! How near the kinds of weights come to the truth: true OLATs of the virtual stage, summed with each kind, beside the
+//! Closeness of the kinds of weights to the truth: true OLATs of the virtual stage, summed with each kind, beside the
 //! same subject under all lamps of the dome.
 //!
 //! `make weights` writes docs/weights.md; a small part runs with the tests.
@@ -18,7 +18,7 @@ use std::time::Instant;
 
 const KINDS: [Weighting; 3] = [Weighting::Cells, Weighting::Smooth, Weighting::Fit];
 
-/// What each kind reaches in one picture, in decibels.
+/// Decibels that each kind reaches in one picture.
 struct Case {
     environment: usize,
     subject: usize,
@@ -28,7 +28,7 @@ struct Case {
 }
 
 impl Case {
-    /// How much better `fit` is than the best of the others.
+    /// Decibels by which `fit` is better than the best of the others.
     fn gain(&self) -> f64 {
         self.decibels[2] - self.decibels[0].max(self.decibels[1])
     }

@@ -110,7 +110,7 @@ fn sum(pictures: &[Vec<Rgb>], weights: &[Rgb]) -> Vec<Rgb> {
     sum
 }
 
-/// What a subject looks like.
+/// Look of a subject.
 pub struct Look {
     pub name: &'static str,
     pub set: fn(&mut StageSettings),

@@ -1,8 +1,8 @@
-//! What a training run reports: figures as events, pictures in a slot that keeps the newest.
+//! Reports of a training run: figures as events, pictures in a slot that keeps the newest.
 
 use std::sync::Arc;
 
-/// Where the losses stand after a step.
+/// Losses after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LossPoint {
     /// Steps made since the start of the run, including earlier runs.
@@ -33,7 +33,7 @@ impl LossPoint {
     }
 }
 
-/// What a training run learns from.
+/// Source that a training run learns from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrainingPhase {
     Exemplars,

@@ -1,4 +1,4 @@
-//! How bright the interview is, per channel, beside the sum of the lamps that the mirror balls tell.
+//! Brightness of the interview, per channel, beside the sum of the lamps that the mirror balls tell.
 //!
 //! The exposure may have been changed. And the balls themselves tell brightness and colour only so well: small glints
 //! lose their colour in a JPEG file and their light where they clip, and light from between the lamps is shared out by
@@ -16,7 +16,7 @@ pub(super) enum ExposurePrior {
 }
 
 impl ExposurePrior {
-    /// How often it holds.
+    /// Prior probability that it holds.
     const fn chance(self) -> f64 {
         match self {
             Self::LeftAlone => 0.9,
@@ -60,7 +60,7 @@ pub(super) fn ball_errors(is_clipped: bool, expected: DMat3) -> Vec<BallError> {
     .collect()
 }
 
-/// What all channels share, as a covariance.
+/// The common part of all channels, as a covariance.
 pub(super) const ONES: DMat3 = DMat3::from_cols(DVec3::ONE, DVec3::ONE, DVec3::ONE);
 
 /// The cost of the subject's pictures near some ln factors on its light: −2·ln of their probability, half its gradient,
@@ -71,7 +71,7 @@ pub(super) struct LocalCost {
     pub curvature: DMat3,
 }
 
-/// How bright the interview is beside the sum of the lamps, under one response.
+/// Brightness of the interview beside the sum of the lamps, under one response.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Brightness {
     /// −2·ln of the probability of the pictures, whatever the brightness.
@@ -142,7 +142,7 @@ struct Account {
     exposure: f64,
 }
 
-/// Where an account is most probable, and −2·ln of how probable the pictures are under it.
+/// Most probable place of an account, and −2·ln of the probability of the pictures under it.
 struct Place {
     at: DVec3,
     cost: f64,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// was changed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Case {
-    /// Whether the exposure was changed.
+    /// The exposure was changed.
     pub changed: bool,
     /// From 0 to 1; both add up to 1.
     pub probability: f32,
@@ -27,7 +27,7 @@ impl Case {
         Response::Dual(DualGamma { gamma1: self.gamma1, gamma2: self.gamma2 })
     }
 
-    /// What is tried and saved if this account is chosen: its response and exposure, within the bounds of both.
+    /// Values that are tried and saved if this account is chosen: its response and exposure, within the bounds of both.
     pub fn trial(&self) -> Trial {
         Trial { response: self.response(), exposure: self.exposure }.nudged([0.0; 3])
     }

@@ -1,4 +1,4 @@
-//! How well other curves explain the pictures, compared with the dual gamma.
+//! Comparison of other curves with the dual gamma, by the fit to the pictures.
 
 use super::brightness::ExposurePrior;
 use super::objective::Score;
@@ -7,12 +7,12 @@ use base::error::Result;
 use base::progress::Progress;
 use imaging::Response;
 
-/// How well a curve explains the pictures.
+/// Fit of a curve to the pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveFit {
     /// The curve with its fitted exponents.
     pub response: Response,
-    /// How many numbers of it were fitted.
+    /// Number of its fitted parameters.
     pub parameters: usize,
     /// Its best exposure.
     pub exposure: f32,
@@ -56,7 +56,7 @@ fn psnr(distance: f32) -> f32 {
 }
 
 impl InspectableFit<'_> {
-    /// How well a curve does against the cost `least`, and its own cost. The exposure is that of the more probable
+    /// Fit of a curve against the cost `least`, and its own cost. The exposure is that of the more probable
     /// case, which need not be that of the fit: a wrong curve makes the exposure look changed.
     fn curve(&self, response: Response, parameters: usize, least: f64) -> (CurveFit, f64) {
         let linear = self.objective.linearize_by(&response);

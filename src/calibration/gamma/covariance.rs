@@ -1,4 +1,4 @@
-//! What is known of the errors of several numbers that belong together.
+//! Covariance of the errors of several numbers that belong together.
 
 use crate::cholesky::Cholesky;
 

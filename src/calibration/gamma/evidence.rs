@@ -1,18 +1,18 @@
-//! What the fitted response is based on, and how certain it is.
+//! Basis of the fitted response, and its certainty.
 
 use super::{Case, Comparison, GAMMA_PRIOR, GammaFit, Interval};
 use project::Shoot;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// What the fitted response is based on, as kept in `calibration.toml`. Files without it give the default, which
+/// Basis of the fitted response, as kept in `calibration.toml`. Files without it give the default, which
 /// warns of nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Evidence {
-    /// Whether the response was set by hand; then nothing was fitted, and the deviations are 0.
+    /// The response was set by hand: nothing was fitted, and the deviations are 0.
     pub by_hand: bool,
-    /// What was compared between the relit poses and the interview.
+    /// The comparison made between the relit poses and the interview.
     pub comparison: Comparison,
     /// The poses that a frame shows: the names of pose and frame.
     pub same_poses: Vec<[String; 2]>,
@@ -116,7 +116,7 @@ impl Evidence {
         }
     }
 
-    /// Which poses were compared with a frame pixel by pixel, in a sentence; `None` if distributions were compared.
+    /// Sentence that names the poses compared with a frame pixel by pixel; `None` if distributions were compared.
     pub fn same_poses_sentence(&self) -> Option<String> {
         let pairs: Vec<String> =
             self.same_poses.iter().map(|[pose, frame]| format!("{frame} shows {pose}")).collect();
@@ -125,7 +125,7 @@ impl Evidence {
         })
     }
 
-    /// What to know before trusting the response, one sentence each.
+    /// Cautions before trusting the response, one sentence each.
     pub fn warnings(&self, deviation: [f32; 2], exposure: f32) -> Vec<String> {
         let mut warnings = Vec::new();
         let tones = [

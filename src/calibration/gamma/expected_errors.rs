@@ -1,4 +1,4 @@
-//! How far the quantiles of the relit poses and of the interview must be expected to be apart even under the right
+//! Expected distance between the quantiles of the relit poses and of the interview, even under the right
 //! response: poses are not frames, and the weights that the poses are relit with are not exact.
 
 use super::brightness::ONES;
@@ -23,11 +23,11 @@ const BRIGHTER: f64 = 0.02;
 const FEW_PICTURES: f64 = 1.3;
 /// Differences between poses and frames that those at hand do not show, relative to those that they show.
 const UNSEEN_DIFFERENCE: f64 = 0.4;
-/// How far encoded quantiles of one pose and one frame are apart, where no others tell: heads that are turned by 20°.
+/// Distance between encoded quantiles of one pose and one frame, where no others tell: heads that are turned by 20°.
 const ONE_POSE_AND_FRAME: f64 = 0.02;
 
 impl Objective<'_> {
-    /// How far quantiles must be expected to be apart even under the right response, because poses and frames
+    /// Expected distance between quantiles, even under the right response, because poses and frames
     /// differ: the differences of each from their mean, as parts of the error of that mean.
     pub fn differences(
         &self,

@@ -1,4 +1,4 @@
-//! Whether an interview frame shows a pose, so that the two can be compared pixel by pixel.
+//! Detection of interview frames that show a pose, so that the two can be compared pixel by pixel.
 
 use super::super::code_values::{CodeValues, ResponseTable, STEPS};
 use super::matte::{SOLID, margin};
@@ -12,7 +12,7 @@ pub(crate) struct FrameMatch {
     pub frame: usize,
     /// The pose's pixels that are the subject in the frame too.
     pub pixels: Vec<MatchedPixel>,
-    /// How badly they agree under a provisional response: the distance of the two pictures over the distance of the
+    /// Disagreement under a provisional response: the distance of the two pictures over the distance of the
     /// pose from the frame shifted by the matte's margin. At 0 they agree; at 1 a shift makes no difference.
     pub mismatch: f32,
 }

@@ -1,11 +1,11 @@
-//! Which pixels of a matte are the subject alone.
+//! Pixels of a matte that are the subject alone.
 
 use imaging::Mask;
 
 /// Above this coverage a pixel shows the subject alone.
 pub(super) const SOLID: f32 = 0.98;
 
-/// How far a picture's samples keep from the matte's edge, in pixels.
+/// Distance in pixels that a picture's samples keep from the matte's edge.
 pub(super) fn margin(width: usize) -> usize {
     width.div_ceil(128)
 }

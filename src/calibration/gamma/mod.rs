@@ -54,18 +54,18 @@ pub use surface::Surface;
 /// Mean and deviation of the weak prior on each exponent: video cameras are near 2.2.
 const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
 
-/// What is compared between the relit poses and the interview.
+/// The comparison between the relit poses and the interview.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Comparison {
-    /// How often each level occurs in the subject: works for any poses.
+    /// Frequency of each level in the subject: works for any poses.
     #[default]
     Distribution,
     /// Pixel by pixel, if a frame shows one of the poses.
     Pixels,
 }
 
-/// What the fit found.
+/// Result of the fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GammaFit {
     /// The camera's response.
@@ -74,7 +74,7 @@ pub struct GammaFit {
     pub exposure: f32,
     /// Per lamp and channel, what the balls and the subject show of the interview's light.
     pub weights: Vec<[f32; 3]>,
-    /// What was compared.
+    /// The comparison made.
     pub comparison: Comparison,
     /// Root-mean-square encoded distance of the quantiles, or of the pixels.
     pub residual: f32,

@@ -55,7 +55,7 @@ impl LinearPictures {
         self.pairs.encoded(&self.table, log_factors)
     }
 
-    /// How far they are from the interview's.
+    /// Differences from the interview's values.
     fn errors(&self, log_factors: DVec3) -> Vec<f64> {
         let is = self.pairs.values.iter().map(|(_, is)| f64::from(*is));
         let found = self.encoded(log_factors).into_iter();
@@ -70,7 +70,7 @@ impl LinearPictures {
     }
 }
 
-/// How good a response is, whatever the brightness of the interview.
+/// Score of a response, whatever the brightness of the interview.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Score {
     /// −2·ln of its probability, up to a constant and without the priors of the exponents.
@@ -96,22 +96,22 @@ impl Score {
     }
 }
 
-/// What responses are compared by.
+/// Measure by which responses are compared.
 pub(super) struct Objective<'a> {
     pub subject: &'a Subject,
     pub probes: &'a Probes,
     /// Poses that are compared with their frames pixel by pixel; empty if distributions are compared.
     pub matched: Vec<&'a Pose>,
-    /// What is known of the errors of the pairs; `None` if pixels are compared.
+    /// Covariance of the errors of the pairs; `None` if pixels are compared.
     errors: Option<Covariance>,
     /// The covariance of ln light, per channel, that errors of the lamps' weights make.
     light_error: DMat3,
-    /// How many independent errors there are among the compared pixels, and on the balls.
+    /// Number of independent errors among the compared pixels, and on the balls.
     pixel_count: f64,
     ball_count: f64,
     /// The variance of the light on the interview's ball that is no sum of lamps, see [`Probes::profile`].
     pub remainder: f64,
-    /// What is assumed of the exposure.
+    /// Assumption about the exposure.
     pub exposure: ExposurePrior,
 }
 
@@ -297,7 +297,7 @@ impl<'a> Objective<'a> {
         ball.square / self.probes.profile_pixels().max(1) as f64
     }
 
-    /// How probable the subject's pictures are under ln factors on its light: by errors of known covariance, or
+    /// Cost of the subject's pictures under ln factors on its light: by errors of known covariance, or
     /// independent errors of unknown size between pixels.
     fn subject_cost(&self, linear: &LinearPictures, log_factors: DVec3) -> LocalCost {
         /// A step of ln light for slopes.

@@ -1,4 +1,4 @@
-//! How probable each pair of exponents is under one assumption about the exposure.
+//! Probability of each pair of exponents under one assumption about the exposure.
 //!
 //! The cost is a parabola only near its minimum, so it is sampled: first its curvature, then a grid along and across
 //! its valley that reaches as far as the pictures leave it open.

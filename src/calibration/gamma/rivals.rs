@@ -5,7 +5,7 @@ use super::objective::{Objective, Score};
 use super::{Case, CurveFit, GAMMA_PRIOR};
 use imaging::Response;
 
-/// How often cameras have each curve; all others have a dual gamma.
+/// Share of cameras that have each curve; all others have a dual gamma.
 const SRGB: f64 = 0.1;
 const REC709: f64 = 0.05;
 const LINEAR: f64 = 0.02;

@@ -13,7 +13,7 @@ use imaging::{DualGamma, Encoded, Mask, Raster, Response, resample::resize_area}
 use project::Project;
 use rayon::prelude::*;
 
-/// How often each of 256 encoded levels occurs, for red, green and blue.
+/// Counts of each of 256 encoded levels, for red, green and blue.
 pub type Histogram = [[u32; 256]; 3];
 
 /// A point of a curve for drawing, all in `[0, 1]`.

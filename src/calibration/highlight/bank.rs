@@ -13,7 +13,7 @@ const BANK_GAP_DEG: f32 = 15.0;
 const SAME_GLINT: f32 = 0.25;
 
 impl Part {
-    /// Whether a part of the given middle and radius is so near that both can be lamps of one bank.
+    /// True if a part of the given middle and radius is so near that both can be lamps of one bank.
     pub fn is_near(&self, direction: Vec3, radius_deg: f32) -> bool {
         let apart = self.direction.angle_between(direction).to_degrees();
         apart - self.radius_deg - radius_deg < BANK_GAP_DEG

@@ -14,7 +14,7 @@ pub(crate) struct Grid {
     pub height: usize,
     /// The ball's radius in pixels.
     pub radius_px: f32,
-    /// How far in pixels the ball's circle may be off.
+    /// Possible error of the ball's circle in pixels.
     pub circle_error_px: f32,
     /// Per cell, the part of the sphere that it shows in steradians; 0 beside the ball.
     pub solid_angle: Vec<f32>,
@@ -28,7 +28,7 @@ pub(crate) struct Grid {
 /// in the lowest bit whether any of its pixels is clipped.
 pub(crate) struct Levels(Vec<u16>);
 
-/// How far a circle may be off the ball's outline, in pixels and as a share of its radius, if the photographs do not
+/// Possible error of a circle against the ball's outline, in pixels and as a share of its radius, if the photographs do not
 /// show: as far as circles differ that were drawn by hand and found in photographs out of focus.
 const UNSEEN_RIM_PX: f32 = 0.4;
 const UNSEEN_RIM: f32 = 0.005;
@@ -115,7 +115,7 @@ impl Grid {
         self.cell_of_pixel[pixel as usize] as usize
     }
 
-    /// Whether a cell shows the ball.
+    /// True if a cell shows the ball.
     pub fn is_ball(&self, cell: usize) -> bool {
         self.solid_angle[cell] > 0.0
     }
@@ -147,7 +147,7 @@ impl Grid {
         connected::parts(size, |cell| self.is_ball(cell) && inside(cell))
     }
 
-    /// What all photographs of a series share, per cell: the room, as their median. Of fewer than five the least,
+    /// The common part of all photographs of a series, per cell: the room, as their median. Of fewer than five the least,
     /// because two lamps may light one place.
     pub fn room(&self, series: &[Levels]) -> Vec<f32> {
         if series.len() < 2 {
@@ -174,7 +174,7 @@ impl Levels {
         light(self.0[cell])
     }
 
-    /// Whether a pixel of the cell is clipped.
+    /// True if a pixel of the cell is clipped.
     pub fn is_clipped(&self, cell: usize) -> bool {
         self.0[cell] & 1 == 1
     }

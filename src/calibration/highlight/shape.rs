@@ -97,7 +97,7 @@ pub(super) fn inner_radius(part: &[u32], grid: &Grid) -> f32 {
     squares.into_iter().fold(0.0, f32::max).sqrt()
 }
 
-/// What discs of `share` of the largest disc's radius cover of a part when they are moved within it (a morphological
+/// The area of a part that discs of `share` of the largest disc's radius cover when they are moved within it (a morphological
 /// opening): streaks narrower than these discs are cut off.
 pub(super) fn opened(part: &[u32], grid: &Grid, share: f32) -> Vec<u32> {
     let patch = Patch::of(part, grid, 1);

@@ -1,4 +1,4 @@
-//! How far the lamps of a series can be trusted.
+//! Trust in the lamps of a series.
 
 use super::super::median::median;
 use super::{BRIGHT, Grid, Highlight, headroom};
@@ -59,7 +59,7 @@ pub(super) fn weigh(lamps: &[Option<Highlight>], grid: &Grid, room: &[f32]) -> V
 
 /// A larger error is a wrong direction.
 pub(crate) const NEAR_DEG: f32 = 5.0;
-/// How far in pixels the middle of a lamp may be off where pixels sample it.
+/// Possible error in pixels of the middle of a lamp where pixels sample it.
 const PLACE_PX: f32 = 0.25;
 /// A lamp with less than this share of the median's light or radiance is likelier something else.
 const WEAK: f32 = 0.05;

@@ -153,7 +153,7 @@ fn by_length<'a, 'b>(exposures: &'b [Exposure<'a>]) -> Result<(Vec<&'b Exposure<
     Ok((ordered, disagreement))
 }
 
-/// Where a merged channel's light comes from.
+/// Source of a merged channel's light.
 #[derive(Clone, Copy, PartialEq)]
 enum Source {
     /// From the exposures that are neither clipped nor black there.

@@ -10,7 +10,7 @@ use super::super::connected;
 use imaging::color::luminance;
 use imaging::{Image, Raster};
 
-/// What was estimated.
+/// Result of the estimate.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Estimate {
     /// Clipped pixels without a usable flank, left as they are.

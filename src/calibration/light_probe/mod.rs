@@ -28,7 +28,7 @@ use imaging::{Image, Raster};
 use light::Mapping;
 use light::mapping::{Kind, resample};
 
-/// What to do about light that the photograph clipped.
+/// Treatment of light that the photograph clipped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ClippedLight {
     /// Keep it as the photograph shows it, and count it.

@@ -13,7 +13,7 @@ use imaging::color::luminance;
 use light::latlong::{texel_direction, texel_solid_angle};
 use light::{Environment, Mapping};
 
-/// How two balls are joined.
+/// Settings for joining two balls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoBallsSettings {
     /// Size of the panorama.
@@ -23,9 +23,9 @@ pub struct TwoBallsSettings {
     pub camera_half_angle_deg: f32,
     /// Width in degrees of the soft edge around what is left out.
     pub feather_deg: f32,
-    /// Whether the given rotation is refined until the two pictures agree.
+    /// The given rotation is refined until the two pictures agree.
     pub refine: bool,
-    /// What to do about clipped light.
+    /// Treatment of clipped light.
     pub clipped: ClippedLight,
 }
 
@@ -46,7 +46,7 @@ impl Default for TwoBallsSettings {
 pub struct TwoBalls {
     /// Radiance as a lat-long panorama in the first camera's frame and exposure.
     pub panorama: Image,
-    /// How many times brighter the second photograph is, measured where both show the same light.
+    /// Ratio by which the second photograph is brighter, measured where both show the same light.
     pub exposure_ratio: f32,
     /// Median difference in stops between the two after that, where both show a direction. More than noise means
     /// moved lights, a wrong rotation or near objects.
@@ -166,7 +166,7 @@ impl Side {
         })
     }
 
-    /// How much this side counts for a direction in its own frame.
+    /// Weight of this side for a direction in its own frame.
     fn weight(&self, direction: Vec3) -> f32 {
         let angle = direction.angle_between(Vec3::Z);
         let behind = std::f32::consts::PI - angle;
@@ -180,7 +180,7 @@ impl Side {
     }
 }
 
-/// What both photographs show, at a size that is quick to compare.
+/// The content of both photographs, at a size that is quick to compare.
 struct Overlap<'a> {
     /// Each in its own camera's frame.
     panoramas: [Environment; 2],

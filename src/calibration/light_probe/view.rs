@@ -1,4 +1,4 @@
-//! How a mirror ball was photographed: its position in the picture and its distance.
+//! View of a photographed mirror ball: its position in the picture and its distance.
 
 use base::error::{Error, Result};
 use glam::Vec3;
@@ -15,7 +15,7 @@ pub struct BallView {
     pub centre_px: [f64; 2],
     /// Radius of the silhouette in pixels, more than 1.
     pub radius_px: f64,
-    /// How far the camera was.
+    /// Distance of the camera.
     pub camera: BallCamera,
     /// Distance from the ball's centre to what it reflects, in radii of the ball: a dome's radius. With it,
     /// directions are those from the ball's centre. `None` if the surroundings are far away.
@@ -93,7 +93,7 @@ impl BallView {
         180.0 - self.profile().last_angle().to_degrees()
     }
 
-    /// Where a photograph of `size` pixels shows a direction; `None` if it does not.
+    /// Place of a direction in a photograph of `size` pixels; `None` if it does not show it.
     pub fn place(&self, direction: Vec3, size: (usize, usize)) -> Option<[f32; 2]> {
         let (x, y) = self.projection(size).ok()?.place(direction.as_dvec3())?;
         Some([x as f32, y as f32])

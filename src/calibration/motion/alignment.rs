@@ -1,4 +1,4 @@
-//! Where the subject is in each of a pose's pictures, relative to the others.
+//! Position of the subject in each of a pose's pictures, relative to the others.
 //!
 //! Each picture is predicted by the pose's others: an OLAT as the sum of them that is nearest, because the light of one
 //! lamp is nearly a sum of its neighbours', a tracking frame as their mean. What is left is motion, as far as it is the
@@ -26,7 +26,7 @@ const MARGIN: usize = 3;
 /// The motion of pictures whose share in a prediction is less than this does not count there.
 const LEAST_SHARE: f64 = 0.02;
 
-/// How a picture is predicted.
+/// Method by which a picture is predicted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prediction {
     /// By the sum of the others that is nearest.
@@ -35,7 +35,7 @@ pub enum Prediction {
     Mean,
 }
 
-/// Where the subject is in each picture, less the mean, in shares of the picture's side.
+/// Position of the subject in each picture, less the mean, in shares of the picture's side.
 #[derive(Clone, Debug)]
 pub struct Alignment {
     pub shifts: Vec<[f64; SHIFTS]>,
@@ -49,7 +49,7 @@ pub struct Pictures {
     side: usize,
     /// The pixels that may show the subject.
     shown: Vec<usize>,
-    /// How much a turn of the head moves each pixel.
+    /// Amount by which a turn of the head moves each pixel.
     head: Vec<f32>,
 }
 
@@ -60,7 +60,7 @@ struct Unmoved {
     slopes: Vec<[Vec<f32>; 2]>,
 }
 
-/// What one picture adds to the equations for all shifts.
+/// Contribution of one picture to the equations for all shifts.
 struct Equations {
     gram: Vec<f64>,
     target: Vec<f64>,
@@ -181,7 +181,7 @@ impl Pictures {
             .then(|| mean.iter().map(|m| RELATIVE[1] * m + RELATIVE[2] * level).collect())
     }
 
-    /// What picture `i` says of all shifts; `None` if it cannot be predicted.
+    /// Equations of picture `i` for all shifts; `None` if it cannot be predicted.
     fn equations(
         &self,
         unmoved: &Unmoved,
@@ -250,7 +250,7 @@ impl Pictures {
         })
     }
 
-    /// What the residual is when a picture is shifted: of this one, which is as its prediction, and of the others.
+    /// Change of the residuals when a picture is shifted: of this one, which is as its prediction, and of the others.
     fn moved(
         &self,
         unmoved: &Unmoved,
@@ -285,7 +285,7 @@ impl Pictures {
 /// The equations for the shares of other pictures in a prediction.
 struct Normal {
     factor: Cholesky,
-    /// What is added to their diagonal.
+    /// Amount added to their diagonal.
     ridge: f64,
 }
 
@@ -307,9 +307,9 @@ impl Normal {
     }
 }
 
-/// What a shift changes of a residual.
+/// Effect of a shift on a residual.
 struct Design {
-    /// Which of all shifts.
+    /// Number of the shift among all.
     row: usize,
     pixels: Vec<f32>,
     /// These times the weights.
@@ -351,7 +351,7 @@ fn weights(predicted: &[f32], floor: &[f32], trust: Option<&Vec<f32>>) -> Vec<f3
     .collect()
 }
 
-/// How much each pixel of each picture counts: less where it fits worse than usual in that picture.
+/// Weight of each pixel of each picture: less where it fits worse than usual in that picture.
 fn trusts(equations: &[Equations], floor: &[f32]) -> Vec<Vec<f32>> {
     let each = equations.iter().map(|e| {
         let weights = weights(&e.prediction, floor, None);

@@ -1,4 +1,4 @@
-//! How likely the alignment's shifts are, as a Gaussian process.
+//! Likelihood of the alignment's shifts, as a Gaussian process.
 //!
 //! The shift of body or head that the alignment finds under lamp i in pose p is, up to a constant,
 //! path_p(t_i) + own_i + pose_pi + noise. The path is smooth in time and another one in each pose. `own_i` is what the
@@ -12,7 +12,7 @@ use super::path::Place;
 use crate::cholesky::Cholesky;
 use glam::Vec3;
 
-/// What the alignment says of one pose.
+/// Shifts of one pose by the alignment.
 pub struct Series<'a> {
     /// When, from 0 to 1.
     pub times: &'a [f32],
@@ -131,7 +131,7 @@ impl Problem {
         Some(of(&self.parts[0], &factors.first) + rest)
     }
 
-    /// Where body and face are in each pose at times `at`, whose mean is 0, if the sizes are these.
+    /// Positions of body and face in each pose at times `at`, whose mean is 0, if the sizes are these.
     pub fn places(&self, sizes: &Sizes, at: &[f64]) -> Option<Vec<Vec<Place>>> {
         let factors = self.factors(sizes)?;
         let n = self.times.len();
@@ -177,7 +177,7 @@ impl Problem {
     }
 }
 
-/// What remains unknown of a part at each time: variances of body and face in both directions.
+/// Remaining uncertainty of a part at each time: variances of body and face in both directions.
 fn spreads(covariance: &Cholesky, rows: &[Vec<f64>], before: &[f64]) -> Vec<[[f64; 2]; 2]> {
     let m = rows[0].len();
     let known = |row: &Vec<f64>, component: usize| {

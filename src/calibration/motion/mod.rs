@@ -204,13 +204,13 @@ impl Paths {
         }
     }
 
-    /// Where the subject is in a pose under each lamp; `None` if that is not known.
+    /// Position of the subject in a pose under each lamp; `None` if that is not known.
     fn of(&self, pose: usize) -> Option<&Path> {
         self.paths.as_ref()?.get(self.places[pose]?)
     }
 
-    /// What is stated of a pose. The largest of some places that are known with an error is, on average, farther than what
-    /// is found: by √2 of the error's deviation, as measured on swaying stages.
+    /// Statement about a pose. The largest of some places that are known with an error is, on average, farther than the one
+    /// found: by √2 of the error's deviation, as measured on swaying stages.
     fn motion(&self, pose: usize, name: &str, side_px: f32) -> Option<PoseMotion> {
         let path = self.of(pose)?;
         let (mut largest, mut deviation, mut seen) = (0.0f64, 0.0f64, false);
@@ -241,7 +241,7 @@ impl Paths {
     }
 }
 
-/// What the exemplars are freed of.
+/// The shift that the exemplars are freed of.
 fn shift(place: &Place) -> Shift {
     let [body, face] = place.way;
     [body[0], body[1], face[0] - body[0], face[1] - body[1]].map(|v| v as f32)

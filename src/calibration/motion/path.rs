@@ -1,4 +1,5 @@
-//! Whether the subject moves, and its path in each pose: by the shifts that the alignment finds, of all poses together.
+//! Motion of the subject, if it moves, and its path in each pose: by the shifts that the alignment finds, of all poses
+//! together.
 //!
 //! The sizes of what lamps pretend and of the noise are those of greatest likelihood. Paths of all sizes and smoothnesses
 //! are weighed by their likelihoods and averaged, so that what is stated of a path contains that its size is not known.
@@ -7,14 +8,14 @@ use super::likelihood::{Problem, Series, Sizes};
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Where body and face are, to the right and down, in shares of the picture's side, and the variances of that.
+/// Positions of body and face, to the right and down, in shares of the picture's side, and the variances of that.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Place {
     pub way: [[f64; 2]; 2],
     pub variance: [[f64; 2]; 2],
 }
 
-/// Where the subject is at some times; the mean is 0.
+/// Positions of the subject at some times; the mean is 0.
 pub type Path = Vec<Place>;
 
 /// Log odds from which on there is motion. Of 73 virtual stages whose subject sat still (64 and 128 pixels, with and

@@ -40,7 +40,7 @@ impl Truth {
     }
 }
 
-/// How the paths found compare with the truth, in pixels of 256 and over all poses and lamps.
+/// Errors of the paths found against the truth, in pixels of 256 and over all poses and lamps.
 #[derive(Debug, Default)]
 struct Comparison {
     /// Root-mean-square of the face's true motion, and of what remains of it.

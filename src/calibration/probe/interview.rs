@@ -26,7 +26,7 @@ struct Sums {
     /// For each channel, the expected products of what any two lamps do to the subject.
     grams: [Vec<f64>; 3],
     weights: Vec<[f32; 3]>,
-    /// What the sum of the lamps leaves of the interview's light.
+    /// Part of the interview's light that the sum of the lamps leaves.
     left: Vec<[f32; 3]>,
 }
 
@@ -37,7 +37,7 @@ struct LampCells {
     spread: Vec<[f32; 3]>,
 }
 
-/// How what a surface does with light of two directions at an angle is correlated, 1 to 0, averaged over all
+/// Correlation between a surface's responses to light of two directions at an angle, 1 to 0, averaged over all
 /// surfaces: matte shading of any normal, times a shadow's edge of any direction. Both are arc-cosine kernels (Cho and
 /// Saul 2009, degrees 1 and 0).
 pub(super) fn kernel(cosine: f32) -> f32 {

@@ -25,7 +25,7 @@ pub(crate) struct Profile {
     /// The weights that explain the pixels best. [`Probes::fit`], which uses the lamps' whole light, finds others;
     /// under the right response both agree.
     pub weights: Vec<[f32; 3]>,
-    /// What each channel of each part of the sphere says about the remainder.
+    /// Evidence about the remainder from each channel of each part of the sphere.
     cells: Vec<CellSums>,
 }
 
@@ -188,7 +188,7 @@ impl Probes {
         }
     }
 
-    /// How many pixels [`Self::profile`] compares.
+    /// Number of pixels that [`Self::profile`] compares.
     pub(crate) fn profile_pixels(&self) -> usize {
         self.profile.len()
     }

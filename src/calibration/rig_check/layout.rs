@@ -4,9 +4,9 @@ use super::{Fault, Finding, names};
 use glam::{Mat3, Quat, Vec3};
 use light::{Lamp, Rig};
 
-/// How a rig fits its layout.
+/// Comparison of a rig with its layout.
 pub(super) struct LayoutComparison {
-    /// Where each lamp should be, turned to the rig; empty if that cannot be determined.
+    /// Expected place of each lamp, turned to the rig; empty if that cannot be determined.
     places: Vec<Vec3>,
     outcome: Outcome,
 }
@@ -80,8 +80,8 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> 
     LayoutComparison { places, outcome: Outcome::Placed { moved, lost } }
 }
 
-/// How far in radians a lamp may be from its place, the next being `spacing` away: a third of that, so that
-/// it is clearly nearer to its own; at least 2°, what a small ball's pixels allow, and at most 12°.
+/// Allowed distance in radians of a lamp from its place, the next being `spacing` away: a third of that, so that
+/// it is clearly nearer to its own; at least 2°, which a small ball's pixels allow, and at most 12°.
 fn tolerance(spacing: f32) -> f32 {
     (spacing / 3.0).clamp(2f32.to_radians(), 12f32.to_radians())
 }
@@ -195,12 +195,12 @@ fn refine(
 }
 
 impl LayoutComparison {
-    /// Where the layout has lamp `i`, if that is known.
+    /// Place of lamp `i` in the layout, if that is known.
     pub fn place(&self, i: usize) -> Option<Vec3> {
         self.places.get(i).copied()
     }
 
-    /// What is wrong, if anything.
+    /// Faults found, if any.
     pub fn findings(&self, rig: &Rig) -> Vec<Finding> {
         let name = |i: usize| rig.lamps[i].name.as_str();
         let chain = |moved: &[(usize, usize)]| {

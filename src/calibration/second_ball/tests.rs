@@ -12,7 +12,7 @@ fn lamp(direction: Vec3, confidence: f32) -> Lamp {
     }
 }
 
-/// What two balls show of lamps at given places, with errors of `error_deg` that differ in sign.
+/// Lamps at given places as two balls show them, with errors of `error_deg` that differ in sign.
 fn seen(places: &[Vec3], positions: [Vec3; 2], error_deg: f32) -> (Rig, Vec<Lamp>) {
     let camera = Vec3::new(0.0, 0.0, 4.0);
     let views = [(positions[0], 1.0), (positions[1], -1.0)].map(|(ball, sign)| {

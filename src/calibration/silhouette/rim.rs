@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
-/// What was measured of a circle's rim.
+/// Measurements of a circle's rim.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rim {
     pub circle: Circle,
@@ -20,7 +20,7 @@ pub(super) struct Rim {
     pub framed: f64,
     /// Median change of the encoded values across the rim.
     pub contrast: f64,
-    /// How far (in pixels) a place may be from the circle to count as rim.
+    /// Largest distance (in pixels) of a place from the circle that counts as rim.
     pub tolerance: f64,
 }
 
@@ -138,12 +138,12 @@ fn fit_to(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64, outermost: bool
 /// No camera's rim is sharper than this, in pixels.
 const MIN_TOLERANCE: f64 = 0.8;
 
-/// How far from a circle the rim may be.
+/// Largest possible distance of the rim from a circle.
 pub(super) fn widest_tolerance(circle: &Circle) -> f64 {
     (OUT_OF_ROUND * circle.radius_px).max(MIN_TOLERANCE)
 }
 
-/// What the picture shows of a circle's rim.
+/// Rim that the picture shows at a circle.
 pub(super) fn measured(picture: &Raster<[f32; 3]>, circle: &Circle, tolerance: f64) -> Rim {
     let rays = crossings(picture, circle, REACH * tolerance);
     let on_rim: Vec<&Crossing> = (rays.iter())

@@ -5,7 +5,7 @@ use super::Circle;
 use glam::{DVec2, DVec3};
 use imaging::{Encoded, Raster};
 
-/// What stands around the ball.
+/// Surroundings of the ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surroundings {
     /// Nothing: black.

@@ -72,7 +72,7 @@ pub(super) fn circles(
     distinct.into_iter().map(|c| c.circle).collect()
 }
 
-/// Whether two circles are one, found twice.
+/// True if two circles are one, found twice.
 pub(super) fn same_circle(a: &Circle, b: &Circle) -> bool {
     let apart = a.center().distance(b.center()) + (a.radius_px - b.radius_px).abs();
     apart < 1.5 + 0.02 * a.radius_px.min(b.radius_px)
@@ -245,7 +245,7 @@ fn evidence(edges: &Edges, circle: &Circle) -> f64 {
         - tests
 }
 
-/// How unlikely a share of `share` is per trial if `chance` is expected (the Kullback–Leibler divergence of two
+/// Improbability per trial of a share of `share` if `chance` is expected (the Kullback–Leibler divergence of two
 /// coins); 0 if it is less than expected.
 pub(super) fn divergence(share: f64, chance: f64) -> f64 {
     let term = |p: f64, q: f64| if p > 0.0 { p * (p / q).ln() } else { 0.0 };

@@ -1,4 +1,4 @@
-//! What is kept in a file, and what is refused there.
+//! Contents that are kept in a file, and contents that are refused there.
 
 use super::*;
 

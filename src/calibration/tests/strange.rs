@@ -3,7 +3,7 @@
 use super::kept::small_project;
 use super::*;
 
-/// What the balls show, or why not. A result is sound: unit directions, confidences from 0 to 1.
+/// Result from the balls, or the reason for a refusal. A result is sound: unit directions, confidences from 0 to 1.
 fn outcome(project: &Project) -> std::result::Result<(), String> {
     let probes =
         Probes::load(project, &Progress::silent()).map_err(|refusal| refusal.to_string())?;
@@ -110,7 +110,7 @@ fn spoil(project: &Project, code: impl Fn(f32, f32) -> f32) {
     }
 }
 
-/// What a code of a ball becomes, with a draw.
+/// Change of a ball's code, by a draw.
 type Spoil<'a> = &'a dyn Fn(f32, f32) -> f32;
 
 #[test]

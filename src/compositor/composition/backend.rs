@@ -1,4 +1,4 @@
-//! Who makes the passes that a composition has decided on.
+//! Backends, which make the passes that a composition has decided on.
 
 use crate::background::Backdrop;
 use crate::descriptor::{CodesInput, CodesStep, EncodeStep, LightStep, PassContext};
@@ -16,13 +16,13 @@ pub(crate) trait Backend {
     type Light: Clone;
     /// A whole picture in codes of a display.
     type Codes;
-    /// What it caches besides pictures.
+    /// Cached data besides pictures.
     type Own: Clone + Default;
 
-    /// Where such a backend's pictures are cached.
+    /// The cache of such a backend's pictures.
     fn cache(reuse: &mut Reuse) -> &mut Cache<Self::Light, Self::Own>;
 
-    /// What follows belongs to this pass.
+    /// Begins a pass: all that follows belongs to it.
     fn begin(&mut self, pass: Pass);
 
     /// A subject without light.
@@ -62,7 +62,7 @@ pub(crate) trait Backend {
     /// Brings the subject, lit by lamps of these weights, to the plate's size, where its light multiplies the plate.
     fn plate(&mut self, subject: &mut Self::Light, weights: &[[f32; 3]]) -> Result<()>;
 
-    /// What despill goes by, and the spill.
+    /// The guide of despill, and the spill.
     fn guide(&mut self, subject: &Self::Light) -> Result<(Self::Light, Spill)>;
 
     fn despill(
@@ -79,7 +79,7 @@ pub(crate) trait Backend {
     /// Lays the subject over the background, which is drawn only where it shows.
     fn surround(&mut self, subject: &mut Self::Light, backdrop: &Backdrop) -> Result<()>;
 
-    /// What wrapping wholly would add to the rim, as a share of its light.
+    /// Light that wrapping wholly would add to the rim, as a share of its light.
     fn wrap_need(&mut self, subject: &Self::Light, behind: &Self::Light) -> Result<f32>;
 
     fn light_wrap(
@@ -109,7 +109,7 @@ pub(crate) trait Backend {
     ) -> Result<(FinishedPicture, Self::Own)>;
 }
 
-/// What a backend leaves.
+/// The picture that a backend leaves.
 pub(crate) enum FinishedPicture {
     InMemory(ReadPicture),
     OnGpu(DisplayTexture, Unread),
@@ -119,7 +119,7 @@ pub(crate) enum FinishedPicture {
 pub(crate) struct ReadPicture {
     pub linear: Option<Image>,
     pub display: Option<Encoded>,
-    /// How many of the subject's pixels were NaN or infinite.
+    /// Number of the subject's pixels that were NaN or infinite.
     pub mended: usize,
     /// Milliseconds of each pass, by its place in [`Pass::ALL`]; None if nothing tells the time.
     pub ms: Option<[f64; Pass::ALL.len()]>,

@@ -1,4 +1,4 @@
-//! What is measured of a picture while it is made, if the plan asks.
+//! Measurements of a picture while it is made, if the plan asks.
 
 use super::{Backend, Composition};
 use crate::descriptor::{PlannedPass, is_cut_out};

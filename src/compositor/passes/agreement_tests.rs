@@ -1,4 +1,4 @@
-//! What a GPU makes agrees with its twins on the CPU.
+//! Agreement of the GPU's pictures with their twins on the CPU.
 
 use super::pyramid::PyramidParams;
 use super::recording::PlainParams;
@@ -49,7 +49,7 @@ pub fn on_every_size(test: impl Fn(&Set)) {
 }
 
 impl Set {
-    /// What the GPU makes.
+    /// The GPU's picture.
     pub fn there(&self, make: impl FnOnce(&mut Recording) -> Result<GpuPicture>) -> Rgba {
         let mut recording = self.passes.begin();
         let made = make(&mut recording).unwrap();

@@ -1,16 +1,16 @@
-//! How long passes take on the GPU, by its own clock.
+//! Times of passes on the GPU, by its own clock.
 
 use crate::Pass;
 
 /// Dispatches that can be timed in one recording.
 const SPANS: u32 = 512;
 
-/// Where a GPU writes when each dispatch began and ended.
+/// Memory where a GPU writes the begin and the end of each dispatch.
 #[derive(Debug)]
 pub(super) struct Clock {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    /// What each span belongs to, in order.
+    /// The pass of each span, in order.
     spans: Vec<Pass>,
     ms_per_tick: f64,
     /// There were more dispatches than there is room for.
@@ -43,7 +43,7 @@ impl Clock {
         })
     }
 
-    /// Where the next dispatch's times go.
+    /// Place for the next dispatch's times.
     pub fn span(&mut self, pass: Pass) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let index = 2 * self.spans.len() as u32;
         if index == 2 * SPANS {
@@ -66,7 +66,7 @@ impl Clock {
         }
     }
 
-    /// Where the times are once the GPU has done what was recorded.
+    /// Buffer that holds the times once the GPU has done what was recorded.
     pub fn resolved(&self) -> &wgpu::Buffer {
         &self.resolved
     }

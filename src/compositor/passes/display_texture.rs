@@ -19,19 +19,19 @@ pub struct DisplayTexture {
 }
 
 impl DisplayTexture {
-    /// Whether this device can draw it.
+    /// True if this device can draw it.
     pub fn is_on(&self, device: &wgpu::Device) -> bool {
         self.device == *device
     }
 
-    /// What a window binds.
+    /// The view that a window binds.
     pub fn view(&self) -> wgpu::TextureView {
         self.texture.create_view(&Default::default())
     }
 }
 
 impl PicturePasses {
-    /// Whether this GPU has textures of `size`.
+    /// True if this GPU has textures of `size`.
     pub(crate) fn has_texture(&self, (width, height): (usize, usize)) -> bool {
         width.max(height) <= self.device.limits().max_texture_dimension_2d as usize
     }

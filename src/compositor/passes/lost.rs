@@ -5,7 +5,7 @@ use super::PicturePasses;
 use base::error::{Error, Result};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
-/// Whether a device is lost. It takes microseconds and does not wait for the GPU.
+/// True if a device is lost. It takes microseconds and does not wait for the GPU.
 pub fn is_lost(device: &wgpu::Device) -> bool {
     // wgpu says it once, to the one callback that burn has set. A lost device makes no buffer.
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -27,7 +27,7 @@ pub(super) fn guarded<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T>
 }
 
 impl PicturePasses {
-    /// Whether their GPU is lost.
+    /// True if their GPU is lost.
     pub fn is_lost(&self) -> bool {
         is_lost(&self.device)
     }

@@ -1,4 +1,4 @@
-//! What passes are measured by on the GPU. Full pictures stay there: what is read was brought to little data first.
+//! Measurements for passes on the GPU. Full pictures stay there: they are brought to little data before reading.
 
 use super::pictures::{GpuPicture, extent};
 use super::recording::{PlainParams, Recording};
@@ -24,7 +24,7 @@ impl Recording<'_> {
         Ok(picked.pixels)
     }
 
-    /// What an entry point of `measure` makes of a picture, in parts that are still to be put together: reads 1 KiB.
+    /// The result of an entry point of `measure` for a picture, in parts that are still to be put together: reads 1 KiB.
     pub(crate) fn parts(
         &mut self,
         entry: &'static str,

@@ -1,4 +1,4 @@
-//! What makes pictures on the GPU: recordings of shaders. The host of a pass is in the pass's own file.
+//! Recordings of shaders, which make pictures on the GPU. The host of a pass is in the pass's own file.
 
 mod clock;
 mod display_texture;

@@ -44,7 +44,7 @@ impl GpuPicture {
         (self.width, self.height)
     }
 
-    /// What a compute pass binds.
+    /// The resource that a compute pass binds.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
         self.buffer.as_entire_binding()
     }

@@ -19,7 +19,7 @@ pub struct Recording<'a> {
     passes: &'a PicturePasses,
     commands: wgpu::CommandEncoder,
     clock: Option<Clock>,
-    /// What shaders count: how many pixels were mended.
+    /// The shaders' count of mended pixels.
     tally: wgpu::Buffer,
     pass: Pass,
 }
@@ -32,18 +32,18 @@ pub(crate) struct PlainParams {
     pub values: [u32; 2],
 }
 
-/// What was read of a recording.
+/// Data that was read of a recording.
 pub struct Readback {
     /// The pictures that were asked for, without their fourth values.
     pub pictures: Vec<Image>,
-    /// How many pixels of the subject were NaN or infinite.
+    /// Number of the subject's pixels that were NaN or infinite.
     pub mended: usize,
     /// Milliseconds on the GPU's own clock of every dispatch and the pass that it belongs to, in order; None if it
     /// has no such clock.
     pub times: Option<Vec<(Pass, f64)>>,
 }
 
-/// What a recording left on the GPU, to be read later or never.
+/// Data that a recording left on the GPU, to be read later or never.
 #[derive(Debug)]
 pub struct Unread {
     device: wgpu::Device,
@@ -86,7 +86,7 @@ impl<'a> Recording<'a> {
         self.passes
     }
 
-    /// What follows belongs to this pass.
+    /// Begins a pass: all that follows belongs to it.
     pub fn begin(&mut self, pass: Pass) {
         self.pass = pass;
     }

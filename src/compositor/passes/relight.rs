@@ -31,7 +31,7 @@ pub struct RelightPass {
     halve: wgpu::ComputePipeline,
 }
 
-/// What the shader is told besides the lamps.
+/// The shader's parameters besides the lamps.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Shape {

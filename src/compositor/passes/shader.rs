@@ -1,6 +1,6 @@
 //! The text of shaders.
 
-/// What all shaders from picture to picture share: their bindings, and functions that several need.
+/// Text that all shaders from picture to picture share: their bindings, and functions that several need.
 const PRELUDE: &str = include_str!("../../../shaders/prelude.wgsl");
 
 /// A shader, as it is written under `shaders/`.
@@ -9,7 +9,7 @@ pub struct Shader {
     /// That of its file.
     pub name: &'static str,
     text: &'static str,
-    /// What is put behind it, so that errors name the lines of its own file.
+    /// Text that is put behind it, so that errors name the lines of its own file.
     shared: &'static str,
 }
 

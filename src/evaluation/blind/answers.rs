@@ -14,7 +14,7 @@ pub const HEADER: &str = "study,person,trial,question,left,right,chosen,seconds"
 const MOST: u64 = 16 << 20;
 const REMEDY: &str = "Give the file as the page saved it";
 
-/// What is asked about two clips, in the words of the paper's study.
+/// Questions about two clips, in the words of the paper's study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Question {
@@ -41,7 +41,7 @@ impl Question {
     }
 }
 
-/// Who answered what.
+/// An answer's study, person, trial and question.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Asked {
     pub study: String,
@@ -56,7 +56,7 @@ pub struct Answer {
     pub left: String,
     pub right: String,
     pub chosen: String,
-    /// How long it took.
+    /// Seconds that the answer took.
     pub seconds: f64,
 }
 
@@ -65,7 +65,7 @@ pub struct Answer {
 pub struct Answers(pub BTreeMap<Asked, Answer>);
 
 impl Answers {
-    /// Where a project collects them.
+    /// Path of a project's collected answers.
     pub fn path(project: &Project) -> PathBuf {
         project.result_path("blind").join("answers.csv")
     }
@@ -214,7 +214,7 @@ fn parsed(line: &str) -> std::result::Result<(Asked, Answer), String> {
     Ok((asked, answer))
 }
 
-/// Whether an answer is one that the study can have.
+/// Refuses an answer that the study cannot have.
 fn fits(asked: &Asked, answer: &Answer, key: &Key) -> std::result::Result<(), String> {
     let Some(pair) = key.trials.get(&asked.trial) else {
         return Err(format!("the study has no trial {}", asked.trial));

@@ -51,7 +51,7 @@ pub(super) struct Clips {
     pub minutes: BTreeMap<String, f64>,
 }
 
-/// Who makes a method's pictures.
+/// Maker of a method's pictures.
 enum Maker {
     Network(Box<Predictor>),
     Prediction(Box<OlatPredictor>),

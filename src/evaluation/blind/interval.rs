@@ -1,6 +1,6 @@
 //! The exact interval of a share (Clopper and Pearson 1934).
 
-/// What lies outside the interval, on both sides together.
+/// Probability outside the interval, on both sides together.
 const OUTSIDE: f64 = 0.05;
 
 /// The interval that holds the true share in at least 95 of 100 such studies, where `chosen` of `of` independent answers
@@ -23,7 +23,7 @@ pub fn exact_interval(chosen: u64, of: u64) -> [f64; 2] {
     [low, high]
 }
 
-/// Where a condition that holds for small shares ceases to.
+/// Largest share for which a condition of small shares holds.
 fn bisected(holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {

@@ -1,4 +1,4 @@
-//! Which clip of a page is whose: the key that stays in the project, in `blind/STUDY.toml`.
+//! Method of each clip of a page: the key that stays in the project, in `blind/STUDY.toml`.
 
 use super::super::Method;
 use base::error::{Error, Result};
@@ -12,7 +12,7 @@ const FORMAT: u32 = 1;
 /// Letters of a study's or person's name, at most.
 const MOST_LETTERS: usize = 32;
 
-/// What a page's codes stand for.
+/// Meaning of a page's codes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Key {
     format: u32,
@@ -28,7 +28,7 @@ pub struct Key {
     pub clips: BTreeMap<String, Shown>,
 }
 
-/// What a clip shows.
+/// Content of a clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shown {
     pub method: Method,
@@ -36,7 +36,7 @@ pub struct Shown {
     pub lamp: String,
 }
 
-/// Whether this can be a study's, a trial's, a clip's or a person's name: it becomes the name of a file.
+/// True if this can be a study's, a trial's, a clip's or a person's name: it becomes the name of a file.
 pub fn is_name(text: &str) -> bool {
     let letters = text.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit());
     letters && (1..=MOST_LETTERS).contains(&text.len())
@@ -53,7 +53,7 @@ impl Key {
         Self { format: FORMAT, study, frames, minutes, trials, clips }
     }
 
-    /// Where the key of `study` is.
+    /// Path of the key of `study`.
     pub fn path(project: &Project, study: &str) -> PathBuf {
         project.result_path("blind").join(format!("{study}.toml"))
     }

@@ -35,7 +35,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What the page compares.
+/// Settings of the page's comparison.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct BlindSettings {
     /// The page to write [default: blind/STUDY.html in the project's folder].
@@ -47,7 +47,7 @@ pub struct BlindSettings {
     /// The lamps that light the subject, by name [default: some that light it from the front, evenly spread].
     #[arg(long, value_name = "LAMP,...", value_delimiter = ',')]
     pub lamps: Option<Vec<String>>,
-    /// How many lamps are chosen if none are named.
+    /// Number of lamps that are chosen if none are named.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = within(1..=41usize))]
     pub conditions: usize,
     /// Consecutive frames of a clip, from the middle of the interview.
@@ -56,10 +56,10 @@ pub struct BlindSettings {
     /// Minutes that texler and sun may learn, which happens now [default: as long as the project's network did, else 10].
     #[arg(long, value_parser = within(super::evaluate::MINUTES))]
     pub minutes: Option<f64>,
-    /// What the pictures show, and at which resolution.
+    /// Part of the plate and resolution of the pictures.
     #[arg(long, value_enum, default_value_t = PictureSize::Square)]
     pub at: PictureSize,
-    /// Where networks run.
+    /// Device of the networks.
     #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
 }
@@ -71,7 +71,7 @@ pub struct BlindReport {
     pub study: String,
     pub page: PathBuf,
     pub bytes: u64,
-    /// Which clip is whose.
+    /// Path of the key that names each clip's method.
     pub key: PathBuf,
     pub methods: Vec<Method>,
     /// Names of the lamps.

@@ -11,10 +11,10 @@ use std::collections::BTreeMap;
 
 /// The page without its study.
 const PAGE: &str = include_str!("page.html");
-/// Where the study goes.
+/// Place of the study in the page.
 const PLACE: &str = "{{STUDY}}";
 
-/// What the page's script reads.
+/// Input of the page's script.
 #[derive(Serialize)]
 struct Study {
     study: String,

@@ -1,4 +1,4 @@
-//! What answers say: how often each method was chosen, with the exact interval.
+//! Results of the answers: share of choices of each method, with the exact interval.
 
 use super::super::Method;
 use super::answers::{Answers, Keys, Question};
@@ -10,7 +10,7 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-/// How often something was chosen.
+/// Number of choices and of answers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Share {
     pub chosen: u64,
@@ -54,7 +54,7 @@ pub struct StudyResult {
     pub people: usize,
     pub answers: usize,
     pub questions: Vec<QuestionResult>,
-    /// How often the left clip was chosen: about a half, since sides are drawn.
+    /// Share of choices of the left clip: about a half, since sides are drawn.
     pub left: Share,
 }
 
@@ -63,7 +63,7 @@ pub struct StudyResult {
 pub struct AnswersReport {
     /// Answers in the given files that were not known yet.
     pub new: usize,
-    /// Where they are collected.
+    /// Path of the collected answers.
     pub collected: PathBuf,
     pub studies: Vec<StudyResult>,
 }

@@ -50,7 +50,7 @@ impl Fingerprint {
         })
     }
 
-    /// What has changed since `self`, as the subject of a sentence; None if nothing has.
+    /// Change since `self`, as the subject of a sentence; None without one.
     pub fn difference(&self, now: &Self) -> Option<&'static str> {
         let pairs = [
             (&self.shoot, &now.shoot, "the project"),

@@ -39,7 +39,7 @@ pub struct MarkedOlat {
     pub mark: Option<Mark>,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
-    /// What a later version wrote, kept.
+    /// Entries of a later version, kept.
     #[serde(flatten)]
     other: toml::Table,
 }
@@ -50,7 +50,7 @@ pub struct Marks {
     format: u32,
     #[serde(default)]
     cells: Vec<MarkedOlat>,
-    /// What a later version wrote, kept.
+    /// Entries of a later version, kept.
     #[serde(flatten)]
     other: toml::Table,
 }

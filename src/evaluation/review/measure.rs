@@ -11,7 +11,7 @@ use project::Project;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What to review, and what to write.
+/// Settings of a review and of its files.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct ReviewSettings {
     /// A folder with truth.json and truth/. Without it only poses are compared.
@@ -23,7 +23,7 @@ pub struct ReviewSettings {
     /// Also write a page for sharing, with its pictures inside.
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
-    /// Where the network runs.
+    /// Device of the network.
     #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
 }

@@ -35,7 +35,7 @@ const FORMAT: u32 = 1;
 /// Bytes of `measured.json` that are read: a million scores.
 const MOST_FIGURES: u64 = 128 << 20;
 
-/// What a network is measured on.
+/// Input on which a network is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Case {
@@ -62,7 +62,7 @@ pub struct CaseScores {
     pub case: Case,
     /// The name of the frame or pose, as its files have it.
     pub name: String,
-    /// Whether the network was trained on it.
+    /// The network was trained on it.
     pub seen: bool,
     /// The factor on predictions: one for all frames, and one for all poses.
     pub scale: f64,
@@ -104,7 +104,7 @@ pub struct Review {
     /// Steps and seconds of the network's training.
     pub training_steps: u64,
     pub training_seconds: f64,
-    /// How much the interview flickers when it is relit. None if that cannot be said, and in files of older versions.
+    /// Flicker of the interview when it is relit. None if that cannot be said, and in files of older versions.
     #[serde(default)]
     pub flicker: Option<ClipFlicker>,
     /// Names of the lamps that the network learns.

@@ -13,7 +13,7 @@ pub(super) struct Contents<'a> {
     pub facts: Vec<(&'static str, String)>,
     pub review: &'a Review,
     pub marks: &'a Marks,
-    /// Where each lamp is.
+    /// Direction of each lamp.
     pub directions: Vec<Vec3>,
     /// The worst OLATs first.
     pub worst: Vec<WorstPictures>,

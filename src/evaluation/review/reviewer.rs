@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use transfer::OlatPredictor;
 
-/// What is kept when a person stops it.
+/// Message shown if a person stops it.
 const KEPT: &str = "the figures measured before are kept";
 
 /// PSNR in dB of a pose's OLATs, predicted from the other poses: by the exemplars alone, and with the project's network. It says
@@ -110,7 +110,7 @@ impl<'a> Reviewer<'a> {
         Ok(psnr(&[self.predict(Case::Pose(pose))?.compared()])?.mean_db)
     }
 
-    /// How much the interview flickers under the project's first environment, or a built-in one.
+    /// Flicker of the interview under the project's first environment, or a built-in one.
     fn flicker(&self, progress: &Progress) -> Result<Option<ClipFlicker>> {
         let mut there = (self.project.environments().into_iter()).filter(|known| !known.missing);
         let (environment, yaw_deg) = match there.next() {
@@ -198,7 +198,7 @@ impl<'a> Reviewer<'a> {
     }
 }
 
-/// Whether a network was trained on a case.
+/// True if a network was trained on a case.
 fn was_seen(info: &CheckpointInfo, case: Case) -> bool {
     match case {
         Case::Frame(frame) => info.training_frames.contains(&frame),

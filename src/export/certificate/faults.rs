@@ -1,4 +1,4 @@
-//! What is wrong with a shot: decided by what its frames say and hold.
+//! Faults of a shot, found from what its frames say and hold.
 
 use super::frame::{Content, Frame};
 use super::time::time_codes;
@@ -9,10 +9,10 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 const NAMED: usize = 12;
 /// Letters of a difference that a sentence shows.
 const SHOWN: usize = 90;
-/// What a provenance says of the whole shot.
+/// Keys of a provenance that apply to the whole shot.
 const COMMON: [&str; 5] = ["version", "project", "checkpoint", "environment", "settings"];
 
-/// What is wrong, and what could not be checked or may be meant so.
+/// Faults of a shot, and remarks on points that could not be checked or may be intended.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
     pub faults: Vec<Fault>,
@@ -269,7 +269,7 @@ impl Findings {
         }
     }
 
-    /// What most frames have in common is right; others are named.
+    /// Compares the frames: the value that most have is right, and the others are named.
     fn alike(
         &mut self,
         whole: &Whole,
@@ -294,7 +294,7 @@ impl Findings {
         }
     }
 
-    /// Whether all frames were made of the same, and each is the frame that its name says.
+    /// Checks that all frames were made of the same, and that each is the frame that its name says.
     fn provenance(&mut self, whole: &Whole) {
         let says = whole.iter().filter(|(_, content)| content.provenance.is_some()).count();
         if says == 0 {
@@ -333,7 +333,7 @@ impl Findings {
     }
 }
 
-/// Where two texts begin to differ, shortened.
+/// Two texts around their first difference, shortened.
 fn difference(found: &str, usual: &str) -> [String; 2] {
     let same = (found.chars().zip(usual.chars())).take_while(|(a, b)| a == b).count();
     let longest = found.chars().count().max(usual.chars().count());

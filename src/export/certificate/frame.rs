@@ -1,4 +1,4 @@
-//! What one frame's file says and holds.
+//! Header and pixels of one frame's file.
 
 use super::super::colors::interop_id;
 use super::super::exr_file::{ExrFile, Part};
@@ -27,16 +27,16 @@ const MOST_BESIDE: u64 = 8 << 30;
 pub(super) struct Frame {
     pub number: u64,
     pub file: FileHash,
-    /// What is in it, or why it cannot be read.
+    /// Content of the file, or the reason that it cannot be read.
     pub picture: std::result::Result<Content, String>,
 }
 
-/// What is in a frame's file.
+/// Content of a frame's file.
 #[derive(Clone, Debug)]
 pub(super) struct Content {
     /// SHA-256 of all channels.
     pub pixels: String,
-    /// Whether all pixels of the picture are the same.
+    /// All pixels of the picture are the same.
     pub is_flat: bool,
     /// Left, top, width and height.
     pub display_window: [i64; 4],
@@ -48,7 +48,7 @@ pub(super) struct Content {
     /// Frames per second as a fraction.
     pub rate: Option<(i32, u32)>,
     pub time_code: Option<TimeCode>,
-    /// What it was made of.
+    /// Provenance text from the header.
     pub provenance: Option<String>,
     /// Values that are NaN or infinite.
     pub not_finite: u64,
@@ -60,7 +60,7 @@ pub(super) struct Content {
     pub memory: u64,
 }
 
-/// What a header says of its colours.
+/// Colour tags of a header.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Color {
     /// x and y of red, green, blue and white.
@@ -160,7 +160,7 @@ impl Content {
         })
     }
 
-    /// What the header says that the frame was made of, word by word.
+    /// Words of the header's provenance, by key.
     pub fn made_of(&self) -> HashMap<&str, &str> {
         let words = self.provenance.as_deref().unwrap_or_default();
         let pairs = words.split_whitespace();
@@ -169,7 +169,7 @@ impl Content {
 }
 
 impl Color {
-    /// What is wrong if name and chromaticities are of different spaces.
+    /// Message shown if name and chromaticities are of different spaces.
     pub fn contradiction(&self) -> Option<String> {
         let id = self.interop_id.as_deref()?;
         let found = self.chromaticities?;

@@ -1,4 +1,4 @@
-//! What can be said of a shot that is handed on: that all of its frames are there, whole and alike, and what they are.
+//! Certificate of a shot that is handed on: all of its frames are there, whole and alike, with a description of them.
 
 mod faults;
 mod frame;
@@ -34,7 +34,7 @@ pub struct CertifySettings {
     pub frames: Option<(u64, u64)>,
     /// Frames per second. None for what the headers say.
     pub rate: Option<f64>,
-    /// Whether neighbouring frames may show the same picture.
+    /// Neighbouring frames may show the same picture.
     pub allow_repeats: bool,
 }
 
@@ -80,7 +80,7 @@ pub struct CertifiedFrame {
     pub beside: Vec<FileHash>,
 }
 
-/// How well the light layers of a shot gave back its pictures.
+/// Accuracy with which the light layers of a shot gave back its pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CertifiedLayers {
     /// Layers of a frame.
@@ -92,20 +92,20 @@ pub struct CertifiedLayers {
     pub brightest: f32,
 }
 
-/// What is said of a shot.
+/// Certificate of a shot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     /// The version of this file.
     pub certificate: u32,
     /// The program that wrote it.
     pub written_by: String,
-    /// Whether there are no faults.
+    /// The shot has no faults.
     pub passed: bool,
     /// All in a line.
     pub sentence: String,
     pub faults: Vec<Fault>,
     pub remarks: Vec<Remark>,
-    /// Where the frames are: from the certificate's folder, or absolute.
+    /// Folder of the frames: from the certificate's folder, or absolute.
     pub folder: PathBuf,
     /// The names, with `####` for the number.
     pub shot: String,
@@ -118,7 +118,7 @@ pub struct Certificate {
     pub time_code: Option<[String; 2]>,
     pub color: Option<String>,
     pub layers: Option<CertifiedLayers>,
-    /// What the first frame was made of, but for what belongs to one frame alone.
+    /// Provenance of the first frame, without the words that belong to one frame alone.
     pub made_of: BTreeMap<String, String>,
     /// SHA-256 of the lines `HASH  NAME` of all files, as `sha256sum` writes them.
     pub sha256: String,

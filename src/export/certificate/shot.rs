@@ -1,4 +1,4 @@
-//! Which files a shot consists of.
+//! Files of a shot.
 
 use super::super::destination::Destination;
 use super::super::layers::beside;
@@ -18,13 +18,13 @@ pub(super) struct Shot {
     pub files: Vec<(u64, String)>,
     /// The names with `####` for the number.
     pub pattern: String,
-    /// Whether the names have numbers; otherwise frames are counted from 0.
+    /// The names have numbers; otherwise frames are counted from 0.
     pub numbered: bool,
     /// Files of the same shot that are not finished.
     pub unfinished: Vec<String>,
 }
 
-/// What stands around the number of a frame.
+/// Text before and after the number of a frame.
 type Around = (String, String);
 
 impl Shot {
@@ -119,14 +119,14 @@ impl Shot {
         })
     }
 
-    /// Where a file is.
+    /// Path of a file.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 }
 
-/// Whether an address names frames of a shot rather than a project: an EXR, a pattern of EXRs, or a folder that has EXRs and is
-/// no project's.
+/// True if an address names frames of a shot, not a project: an EXR, a pattern of EXRs, or a folder of EXRs that is not a
+/// project's.
 pub fn names_frames(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if path.is_dir() {
@@ -159,7 +159,7 @@ fn is_exr(name: &&str) -> bool {
     !name.starts_with('.') && ending.is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
 }
 
-/// What stands around the number of a pattern such as `shot.%04d.exr` or `shot.####.exr`.
+/// Text before and after the number of a pattern such as `shot.%04d.exr` or `shot.####.exr`.
 fn split(pattern: &str) -> Option<Around> {
     if let Ok(Destination::Stills(stills)) = Destination::parse(pattern)
         && let (before, Some(_), after) = stills.parts()
@@ -186,7 +186,7 @@ fn numbered(name: &str) -> Option<(Around, u64)> {
     Some(((before.to_owned(), name[stem.len()..].to_owned()), number))
 }
 
-/// Whether a file is a light layer of another that is there.
+/// True if a file is a light layer of another that is there.
 fn is_layer(name: &str, all: &BTreeSet<&str>) -> bool {
     let mut words = name.split(['.', '_', '-']);
     let is_rest = words.any(|word| word == "rest");

@@ -9,7 +9,7 @@ use compositor::Picture;
 
 const FRAMES: u64 = 6;
 
-/// What a frame is written with.
+/// Input of a frame's file.
 struct Take {
     picture: Picture,
     layers: Option<LightLayers>,
@@ -351,7 +351,7 @@ fn a_certificate_is_compared_with_the_files_later() {
     take.about.exr.layers = LayerFiles::Files;
     take.about.exr.compression = ExrCompression::Piz;
     take.write(&file(&frames, 2));
-    // The layers' files were compressed anew, too.
+    // The layers' files were compressed again, too.
     let found = said(["changed", "shot.0002.exr has other bytes and the same picture"]);
     assert_eq!((found.same, found.passed), (9, false));
     take.picture.linear.as_mut().unwrap().pixels[0] = [0.25; 3];

@@ -1,4 +1,4 @@
-//! Whether time codes step by one.
+//! Check that time codes step by one.
 
 use super::super::TimeCode;
 use super::CertifySettings;

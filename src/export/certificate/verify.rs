@@ -1,4 +1,4 @@
-//! Whether the files of a certificate are still the same.
+//! Check that the files of a certificate are still the same.
 
 use super::frame::{Frame, hash_file};
 use super::read::each;
@@ -15,16 +15,16 @@ use std::path::{Path, PathBuf};
 const AT_ONCE: usize = 8;
 const STAGE: &str = "comparing files";
 
-/// What became of the files of a certificate.
+/// Result of checking the files against a certificate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verification {
     /// The certificate's file.
     pub of: PathBuf,
-    /// Whether all files are there and the same, and had no faults.
+    /// All files are there and the same, and had no faults.
     pub passed: bool,
     pub sentence: String,
     pub files: usize,
-    /// How many of them are the same, byte by byte.
+    /// Number of files that are the same, byte by byte.
     pub same: usize,
     pub faults: Vec<Fault>,
     pub remarks: Vec<Remark>,
@@ -106,7 +106,7 @@ fn fault(kind: &str, frames: String, sentence: String) -> Fault {
     Fault { kind: kind.to_owned(), frames, sentence }
 }
 
-/// What is no longer so of a frame.
+/// Faults of a frame whose files differ from the certificate.
 fn judge(folder: &Path, frame: &CertifiedFrame) -> Vec<Fault> {
     let files = [&frame.file].into_iter().chain(&frame.beside);
     let of_file = |file: &FileHash| {
@@ -130,7 +130,7 @@ fn judge(folder: &Path, frame: &CertifiedFrame) -> Vec<Fault> {
     files.filter_map(of_file).collect()
 }
 
-/// Whether it is the picture that changed, or only how it is written.
+/// Kind of change and its message: a changed picture, or only a changed way of writing it.
 fn changed(path: &Path, frame: &CertifiedFrame) -> (&'static str, String) {
     match Frame::read(path, frame.frame, &frame.file.name).picture {
         Ok(content) if content.pixels == frame.pixels_sha256 => (

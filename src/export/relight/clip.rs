@@ -25,9 +25,9 @@ use transfer::{FineField, OlatPredictor};
 pub(super) struct Plan {
     pub frame: usize,
     pub scene: Scene,
-    /// What its file says that it was made of, if that had to be known before: to find what is there already.
+    /// Provenance for its file, if that had to be known before: to find what is there already.
     pub made_of: Option<String>,
-    /// Whether it is written: what the next ones need may be there already.
+    /// The frame is written. One that only the next ones need may be there already.
     pub write: bool,
 }
 

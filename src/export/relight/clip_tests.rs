@@ -48,7 +48,7 @@ fn plate(side: usize) -> Plate {
     Plate::new(light, disc(side), square, &disc(SIZE)).unwrap()
 }
 
-/// What a picture is made of besides its field and its plate.
+/// Input of a picture besides its field and its plate.
 struct Shot {
     mask: Mask,
     environment: Arc<Environment>,

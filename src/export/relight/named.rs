@@ -1,4 +1,4 @@
-//! What is asked for by its name: an environment, and lamps.
+//! Environment and lamps that are asked for by name.
 
 use base::error::{Error, Result};
 use base::progress::Progress;

@@ -1,16 +1,16 @@
-//! What came of relighting an interview.
+//! Report on relighting an interview.
 
 use crate::{Rebuild, Stages, handed_over};
 use compositor::PassReport;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What was written.
+/// Report on the frames and files that were written.
 #[derive(Clone, Debug, Serialize)]
 pub struct RelightReport {
     /// Number of frames.
     pub frames: usize,
-    /// How many of them were there already, from an export that was stopped.
+    /// Number of frames that were there already, from an export that was stopped.
     pub kept: usize,
     /// Mean time per frame in milliseconds: prediction, sum, picture and file.
     pub ms_per_frame: f64,
@@ -18,20 +18,20 @@ pub struct RelightReport {
     pub stages: Stages,
     /// The passes of the last frame, with their mean time over all frames.
     pub passes: Vec<PassReport>,
-    /// Where it was written, with the number of frames as it was asked for.
+    /// Destination, with the number of frames as it was asked for.
     pub output: String,
-    /// How well the light layers gave back the relit subject, if they were asked for.
+    /// Accuracy with which the light layers gave back the relit subject, if they were asked for.
     pub layers: Option<Rebuild>,
     /// Share of the environment's energy that comes from where no lamp is.
     pub uncovered_energy: f32,
-    /// Where the network ran and why.
+    /// Device that ran the network, and the reason for it.
     pub device: String,
-    /// What was written beside it for other programs, in the order in which it was asked for.
+    /// Files that were written beside it for other programs, in the order in which they were asked for.
     pub hand_over: Vec<PathBuf>,
 }
 
 impl RelightReport {
-    /// What was written, and how well the light layers add up.
+    /// Summary of the files, and of how well the light layers add up.
     pub fn sentence(&self) -> String {
         let frames = match self.frames {
             1 => "1 frame".to_owned(),

@@ -1,4 +1,4 @@
-//! What is asked for when an interview is relit.
+//! Settings for relighting an interview.
 
 use crate::{Files, HandOver};
 use base::error::{Error, Result};
@@ -16,14 +16,14 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// What to relight, how, and where to.
+/// Light, look and destination of a relit interview.
 #[derive(Clone, Debug, Serialize, Deserialize, clap::Args)]
 pub struct RelightSettings {
     /// A panorama's file, the name of one of the project's environments, or a built-in one: three-point, clamshell,
     /// side-light, clear-sky, low-sun, overcast, courtyard, nave.
     #[arg(long)]
     pub environment: PathBuf,
-    /// Which way is front in the panorama's file, instead of what the project remembers: the convention of a tool
+    /// Front of the panorama's file, instead of the one that the project remembers: the convention of a tool
     /// (afterlight, openexr, usd, nuke, mitsuba, threejs, blender), or the yaw that brings it to the middle.
     #[arg(long, value_name = "TOOL|DEG", allow_hyphen_values = true)]
     pub front: Option<Front>,
@@ -31,7 +31,7 @@ pub struct RelightSettings {
     #[arg(skip)]
     #[serde(skip)]
     pub read: Option<Arc<Environment>>,
-    /// How the panorama's file lays out the sphere, if it is not a lat-long.
+    /// Layout of the sphere in the panorama's file, if it is not a lat-long.
     #[arg(long, value_enum)]
     pub mapping: Option<Mapping>,
     /// Turn the environment: positive moves it to camera-right in front.
@@ -77,7 +77,7 @@ pub struct RelightSettings {
     /// Print which passes ran, which did not and why, and how long each took.
     #[arg(long)]
     pub profile: bool,
-    /// Where the network runs.
+    /// Device that runs the network.
     #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
     /// Storage format of predicted OLATs.
@@ -86,7 +86,7 @@ pub struct RelightSettings {
 }
 
 impl RelightSettings {
-    /// What frame `index` looks like, `share` of the way through the clip.
+    /// Scene of frame `index`, `share` of the way through the clip.
     pub fn scene(&self, index: usize, share: f32, front: Front, output: Output) -> Scene {
         let (mut yaw_deg, mut exposure_stops) = (self.yaw_deg, self.exposure_stops);
         let (mut lighting, mut effects) = (self.lighting.clone(), self.effects);
@@ -127,7 +127,7 @@ impl RelightSettings {
         effects
     }
 
-    /// Whether a frame depends on the one before it: brightness that is smoothed does, and so do OLATs in components, which are
+    /// True if a frame depends on the one before it: brightness that is smoothed does, and so do OLATs in components, which are
     /// those of the frames before as long as they fit. Parts of such an export are not those of the whole.
     pub fn goes_from_frame_to_frame(&self) -> bool {
         self.largest_effects().asks(Pass::Smoothing) || self.storage == Storage::Compressed

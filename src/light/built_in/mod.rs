@@ -20,11 +20,11 @@ use std::sync::{Arc, OnceLock};
 /// A built-in environment.
 #[derive(Clone, Copy, Debug)]
 pub struct BuiltIn {
-    /// What settings and files call it: lower case, with hyphens.
+    /// Its name in settings and files: lower case, with hyphens.
     pub name: &'static str,
     /// Its name in the window.
     pub title: &'static str,
-    /// What it shows, in a sentence.
+    /// Description of its view, in a sentence.
     pub describe: &'static str,
     /// The panorama at `width × width / 2` texels (at least two by one). Its energy does not depend on the width by
     /// more than 1 %, from 256 columns up: lights are drawn with their exact energy, and only what they shine on is

@@ -32,8 +32,8 @@ fn lattice(p: Vec3) -> f32 {
     (h ^ (h >> 16)) as f32 / u32::MAX as f32 * 2.0 - 1.0
 }
 
-/// Where a ray from the origin leaves the box between `low` and `high`: the place, and the axis of
-/// the wall (0 for ±X, 1 for floor and ceiling, 2 for ±Z).
+/// Exit of a ray from the origin out of the box between `low` and `high`: the place, and the axis of the wall (0 for
+/// ±X, 1 for floor and ceiling, 2 for ±Z).
 pub fn wall(direction: Vec3, low: Vec3, high: Vec3) -> (Vec3, usize) {
     let ahead = Vec3::select(direction.cmpge(Vec3::ZERO), high, low);
     let t = (ahead / direction).to_array();

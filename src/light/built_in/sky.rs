@@ -160,7 +160,7 @@ impl ClearSky {
         })
     }
 
-    /// What a level surface gets from the sky, without the sun, per channel in klx.
+    /// Illuminance of a level surface by the sky, without the sun, per channel in klx.
     fn irradiance(&self) -> Vec3 {
         const ROWS: usize = 24;
         const COLUMNS: usize = 48;

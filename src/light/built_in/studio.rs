@@ -21,7 +21,7 @@ struct Softbox {
     energy: f32,
 }
 
-/// What the room is made of.
+/// Materials and lights of the room.
 struct Room {
     walls: Vec3,
     /// The paper roll behind the subject.

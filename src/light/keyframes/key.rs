@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How a value goes from a key to the next.
+/// Course of a value from a key to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Interpolation {
@@ -30,7 +30,7 @@ impl Interpolation {
         (Self::Bezier, "Bézier"),
     ];
 
-    /// Whether tangents shape it.
+    /// True if tangents shape it.
     pub fn is_cubic(self) -> bool {
         matches!(self, Self::Smooth | Self::Bezier)
     }
@@ -43,7 +43,7 @@ pub struct Key {
     pub frame: f64,
     /// Values are interpolated as they are: a yaw from 0 to 720 turns twice.
     pub value: f64,
-    /// How the value goes on to the next key; None as [`super::Keyframes::interpolation`] says.
+    /// Interpolation to the next key; None for that of [`super::Keyframes::interpolation`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interpolation: Option<Interpolation>,
     /// Slopes of the curve where it comes in and goes out, in values a frame; None for automatic ones. They count where
@@ -55,7 +55,7 @@ pub struct Key {
 }
 
 impl Key {
-    /// Whether every number in it is finite and at most `largest`.
+    /// True if every number in it is finite and at most `largest`.
     pub(super) fn is_within(&self, largest: f64) -> bool {
         let slopes = [self.slope_in, self.slope_out].into_iter().flatten();
         let mut numbers = [self.frame, self.value].into_iter().chain(slopes);

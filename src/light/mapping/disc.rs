@@ -9,9 +9,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 pub struct Disc {
     /// The middle, from the picture's top left corner.
     pub centre: [f64; 2],
-    /// Where the disc ends.
+    /// Radius of the disc.
     pub radius: f64,
-    /// Which angle each distance shows.
+    /// The angle that each distance shows.
     pub profile: Profile,
     /// The axis that the middle shows: 1 for +Z, −1 for −Z.
     pub facing: f64,
@@ -90,8 +90,8 @@ impl Profile {
 }
 
 impl Disc {
-    /// What the place (x, y) in pixels shows, and steradians per square pixel there. With `beyond`, angular maps
-    /// continue over the far pole outside their rim.
+    /// Direction that the place (x, y) in pixels shows, and steradians per square pixel there. With `beyond`, angular
+    /// maps continue over the far pole outside their rim.
     pub fn look(&self, x: f64, y: f64, beyond: bool) -> Option<(DVec3, f64)> {
         let (dx, dy) = ((x - self.centre[0]) / self.radius, (y - self.centre[1]) / self.radius);
         let r = dx.hypot(dy);

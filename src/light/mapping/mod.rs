@@ -38,7 +38,7 @@ use glam::{DQuat, DVec3, Quat};
 use imaging::{Image, Raster};
 use serde::{Deserialize, Serialize};
 
-/// How a picture lays out the sphere.
+/// Layout of the sphere in a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Mapping {

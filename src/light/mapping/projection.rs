@@ -26,11 +26,11 @@ pub enum Kind {
 pub struct Face {
     /// Column and row of its cell.
     cell: (u8, u8),
-    /// What its middle shows.
+    /// Direction that its middle shows.
     ahead: DVec3,
-    /// Where the picture's right goes.
+    /// Direction of the picture's right.
     right: DVec3,
-    /// Where the picture's top goes.
+    /// Direction of the picture's top.
     up: DVec3,
 }
 
@@ -160,8 +160,7 @@ impl Projection {
         ]
     }
 
-    /// Whether this pixel, of which something is shown, and those right of and below it lie within the
-    /// picture and its borders.
+    /// True if this pixel, of which something is shown, and those right of and below it lie within the picture and its borders.
     fn is_interior(&self, column: i64, row: i64) -> bool {
         if column < 0 || row < 0 || column + 1 >= self.width as i64 || row + 1 >= self.height as i64
         {

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 /// Rounds of scaling.
 const ROUNDS: usize = 2;
 
-/// What [`resample`] makes.
+/// Result of [`resample`].
 pub struct Resampled {
     /// Mean radiance of what each pixel shows of the source; 0 where it shows nothing of it.
     pub image: Image,
@@ -115,7 +115,7 @@ struct Plan<'a> {
     usable: &'a [f32],
     /// In the order of the target's pixels.
     samples: Vec<Sample>,
-    /// Where each target pixel's samples begin, and at last where they end.
+    /// Start of each target pixel's samples, and at last the end of all.
     starts: Vec<usize>,
     /// Solid angles of the source's usable pixels.
     source_angles: Vec<f64>,
@@ -164,7 +164,7 @@ struct Sampling<'a> {
 }
 
 impl Sampling<'_> {
-    /// Whether the pixel at a place of the source is usable.
+    /// True if the pixel at a place of the source is usable.
     fn shows(&self, (x, y): (f64, f64)) -> bool {
         let (width, height) = (self.source.width as f64, self.source.height as f64);
         let within = (0.0..=width).contains(&x) && (0.0..=height).contains(&y);

@@ -6,13 +6,13 @@ use imaging::Image;
 /// A panorama that is being read.
 pub(super) struct Canvas {
     image: Image,
-    /// Where columns and rows go if the panorama is averaged down. With `None` texels are kept as they are, and
+    /// Targets of columns and rows if the panorama is averaged down. With `None` texels are kept as they are, and
     /// [`Environment::from_radiance`] repairs them.
     shrink: Option<Shrink>,
     /// Per row, how much of it has been painted, from 0 to 1.
     painted: Vec<f32>,
-    /// Whether empty rows get the mean colour of the nearest painted row, so that a strip around the horizon
-    /// continues above and below. Otherwise they are black.
+    /// Empty rows get the mean colour of the nearest painted row, so that a strip around the horizon continues above
+    /// and below. Otherwise they are black.
     pub extend: bool,
 }
 
@@ -25,7 +25,7 @@ struct Shrink {
     repaired: usize,
 }
 
-/// Where a column or row goes: to a target and, with the rest, to the next.
+/// Targets of a column or row: one and, with the rest, the next.
 #[derive(Clone, Copy)]
 struct Part {
     target: usize,
@@ -188,8 +188,8 @@ impl Part {
     }
 }
 
-/// Where each of `source` columns or rows goes in `target`, at most as many. `measure` is the extent from
-/// one place to another, in units of the source; the shares that a target gets add up to 1.
+/// Targets of each of `source` columns or rows in `target`, at most as many. `measure` is the extent from one place to
+/// another, in units of the source; the shares that a target gets add up to 1.
 fn parts(source: usize, target: usize, measure: impl Fn(f64, f64) -> f64) -> Vec<Part> {
     let ratio = source as f64 / target as f64;
     (0..source)

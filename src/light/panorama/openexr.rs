@@ -92,7 +92,7 @@ pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> 
     Ok(canvas)
 }
 
-/// How many of `length` places from `start` on are below `end` and not negative.
+/// Number of places among `length` from `start` on that are below `end` and not negative.
 fn overlap(start: i32, length: usize, end: usize) -> usize {
     let start = i64::from(start);
     ((start + length as i64).min(end as i64) - start.max(0)).max(0) as usize
@@ -125,7 +125,7 @@ impl Samples {
     }
 }
 
-/// Which part of a file is read.
+/// The part of a file that is read.
 struct LayerChoice {
     header: usize,
     /// For red, green and blue the channel's number: three times the same for grey.

@@ -37,7 +37,7 @@ pub(super) fn read(panorama: &mut PanoramaReader, mut file: impl BufRead) -> Res
     Ok(canvas)
 }
 
-/// How lines lie in the picture.
+/// Layout of lines in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Layout {
     /// Lines are columns.

@@ -7,7 +7,7 @@ use base::error::{Error, Result};
 use imaging::file;
 use std::path::Path;
 
-/// How to read a panorama file.
+/// Settings for reading a panorama file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadSettings {
     /// The most columns, at least 2: a wider panorama is averaged down to them.
@@ -35,7 +35,7 @@ pub struct Panorama {
     pub notes: Vec<String>,
 }
 
-/// What to do about a file that ends early or is damaged.
+/// Advice about a file that ends early or is damaged.
 pub(super) const COMPLETE: &str = "Check that the file exists and is a complete picture";
 
 /// A file that is being read.

@@ -30,9 +30,9 @@ pub(super) const POINTS: usize = 1024;
 const BLUR_DEG: f64 = 5.0;
 /// Lamps that are compared by sitters. More are so dense that the start alone is as good, and quicker.
 const MOST_LAMPS: usize = 64;
-/// How much step 1 counts in step 2: as much as all sitters together, because real subjects are none of them.
+/// Weight of step 1 in step 2: as much as all sitters together, because real subjects are none of them.
 const START_SHARE: f64 = 1.0;
-/// How much a wrong sum of energies counts in each problem, which as a whole counts 1.
+/// Weight of a wrong sum of energies in each problem, which as a whole counts 1.
 const SUM_SHARE: f64 = 0.1;
 /// The power of the display curve.
 const DISPLAY: f64 = 1.0 / 2.2;
@@ -71,7 +71,7 @@ fn spiral(count: usize) -> Vec<DVec3> {
         .collect()
 }
 
-/// Which points a texel's light reaches, and how much of it, per steradian.
+/// Points that a texel's light reaches, with its amount at each, per steradian.
 pub(super) struct Reach {
     points: Vec<DVec3>,
     kernel: HeatKernel,

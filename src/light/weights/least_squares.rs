@@ -6,7 +6,7 @@ pub(super) struct Normal {
     /// G row by row; only the lower triangle is filled until [`Self::least`].
     gram: Vec<f64>,
     right: Vec<f64>,
-    /// How much the square of Σx − 1 counts. Apart, because it alone joins unknowns that are far from each other.
+    /// Weight of the square of Σx − 1. Apart, because it alone joins unknowns that are far from each other.
     sum: f64,
 }
 

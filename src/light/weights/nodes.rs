@@ -80,7 +80,7 @@ impl Nodes {
         }
     }
 
-    /// Where each node's energy goes. A point that fills a gap passes its energy on in equal parts to its
+    /// Lamps that get each node's energy. A point that fills a gap passes its energy on in equal parts to its
     /// neighbours on the hull, until lamps have all of it.
     pub fn lamp_shares(&self, hull: &Hull) -> Vec<Vec<(usize, f64)>> {
         let (all, real) = (self.directions.len(), self.lamps.len());

@@ -17,7 +17,7 @@ pub(super) struct Sitter {
     pub pixels: Vec<Vec<(u16, f32)>>,
 }
 
-/// How a surface reflects.
+/// Reflection of a surface.
 #[derive(Clone, Copy)]
 struct Finish {
     /// Diffuse reflectance.

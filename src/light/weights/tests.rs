@@ -333,7 +333,7 @@ fn no_light_and_no_lamps_give_zeros() {
         bound: "exactly 0", measured: "0");
 }
 
-/// What a turn costs beside solving: a multiplication and addition per channel for each share of a texel.
+/// Cost of a turn beside solving: a multiplication and addition per channel for each share of a texel.
 #[test]
 fn a_live_turn_reads_few_numbers() {
     for n in [41, 146, 931] {

@@ -9,8 +9,8 @@ const FIRST_DECAY: f64 = 0.9;
 const SECOND_DECAY: f64 = 0.999;
 const EPSILON: f32 = 1e-8;
 
-/// What all parameters share in one step of Adam (Kingma and Ba, "Adam: a method for stochastic
-/// optimization", algorithm 1), with β₁ = 0.9, β₂ = 0.999, and ε = 1e-8 outside the root.
+/// Values shared by all parameters in one step of Adam (Kingma and Ba, "Adam: a method for stochastic optimization",
+/// algorithm 1), with β₁ = 0.9, β₂ = 0.999, and ε = 1e-8 outside the root.
 #[derive(Clone, Copy, Debug)]
 pub struct AdamStep {
     pub learning_rate: f64,

@@ -155,7 +155,7 @@ impl WithSimd for Product<'_, '_> {
     }
 }
 
-/// What one tile of sums after the other is made of.
+/// Input of one tile of sums after the other.
 struct Sums<'a> {
     right: Factor<'a>,
     band: &'a Band,
@@ -236,7 +236,7 @@ pub fn shares<'a, 'b>(split: &'a mut [Vec<&'b mut [f32]>], part: usize) -> Vec<S
     shares.collect()
 }
 
-/// Where element (row, channel, tap) of the weights' factor lies.
+/// Place of element (row, channel, tap) in the weights' factor.
 pub struct Weights<'a> {
     pub values: &'a [f32],
     /// Output channels.

@@ -1,4 +1,4 @@
-//! How work is divided among threads and reaches the processor's widest vectors.
+//! Division of work among threads, and access to the processor's widest vectors.
 
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// such shares stays on the calling thread.
 pub const WORTH_A_THREAD: usize = 1 << 14;
 
-/// Whether vectors stay as narrow as without AVX-512.
+/// Vectors stay as narrow as without AVX-512.
 static AVX2_ALONE: AtomicBool = AtomicBool::new(false);
 
 /// Keeps f32 kernels to AVX2 in this process, which is what most processors have. For benches.
@@ -84,7 +84,7 @@ pub fn each_index<T: Send>(count: usize, size: usize, work: impl Fn(usize) -> T 
     (0..count).into_par_iter().with_min_len(WORTH_A_THREAD.div_ceil(size)).map(work).collect()
 }
 
-/// What the tests of the kernels share.
+/// Helpers of the kernels' tests.
 #[cfg(test)]
 pub mod tests {
     use super::*;

@@ -37,7 +37,7 @@ impl Shape {
         Self { tiles, ..self }
     }
 
-    /// Whether pictures are unfolded, where that is faster up to so many pixels.
+    /// True if pictures are unfolded, where that is faster up to so many pixels.
     fn unfolds(&self, most: usize) -> bool {
         self.tiles.is_none() && self.plane() <= most && self.columns() >= MAX_POSITIONS
     }

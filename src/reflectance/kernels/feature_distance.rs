@@ -12,8 +12,7 @@ const SCALES: usize = 3;
 /// Colours of a picture.
 const COLOURS: usize = 3;
 
-/// What the distance between encoded pictures `[3, h, w]` counts in a loss, where `mask`, `[h, w]`,
-/// is not 0.
+/// Share in a loss of the distance between encoded pictures `[3, h, w]`, where `mask`, `[h, w]`, is not 0.
 ///
 /// The features of a picture are its values and their horizontal and vertical differences at three
 /// scales, each scale the means of 2×2 pixels of the one before it (a last odd row or column is left
@@ -70,12 +69,12 @@ fn distance(x: &mut [f32], [h, w]: [usize; 2], norms: Norms, scales: usize) -> f
     distance
 }
 
-/// What turns sums of squares into parts of the loss.
+/// Factors that turn sums of squares into parts of the loss.
 #[derive(Clone, Copy)]
 struct Norms {
     /// v
     values: f64,
-    /// What one norm of one picture counts in the loss.
+    /// Weight in the loss of one norm of one picture.
     share: f64,
 }
 

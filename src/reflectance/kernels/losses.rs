@@ -5,13 +5,13 @@ use super::chunks::{each_chunk, vectorized};
 use super::feature_distance::FeatureDistance;
 use super::pointwise::encode;
 
-/// What the network's output stands for and what it is compared with.
+/// Meaning of the network's output, and the pictures that it is compared with.
 #[derive(Clone, Copy, Debug)]
 pub struct Losses<'a> {
     pub size: [usize; 2],
     /// Linear light that an output of 1 stands for, `[3, h, w]`.
     pub light: &'a [f32],
-    /// Where the subject is, `[h, w]`.
+    /// Matte of the subject, `[h, w]`.
     pub mask: &'a [f32],
     /// Encoded OLATs, `[lamps, 3, h, w]`; None skips the reconstruction loss.
     pub olats: Option<&'a [f32]>,

@@ -46,21 +46,21 @@ use serde::{Deserialize, Serialize};
 pub enum Precision {
     /// f32.
     Full,
-    /// Where the processor has tile registers for bf16 (AMX), each factor as the sum of two: results
-    /// differ from those of f32 by about 5e-6 of the largest. f32 elsewhere.
+    /// Each factor as the sum of two where the processor has tile registers for bf16 (AMX): results differ from those of f32
+    /// by about 5e-6 of the largest. f32 elsewhere.
     #[default]
     Split,
-    /// Where the processor has such registers, each factor rounded to bf16: results differ by 3e-3 of the
-    /// largest. f32 elsewhere, but for predictions on a GPU: f16 where it has that.
+    /// Each factor rounded to bf16 where the processor has such registers: results differ by 3e-3 of the largest. f32
+    /// elsewhere, but for predictions on a GPU: f16 where it has that.
     Half,
 }
 
-/// Whether the processor has tile registers, so that [`Precision`] makes a difference on it.
+/// True if the processor has tile registers, so that [`Precision`] makes a difference on it.
 pub fn has_tiles() -> bool {
     amx::available()
 }
 
-/// Whether our kernels can compute on `x`: f32 on burn's CPU backend.
+/// True if our kernels can compute on `x`: f32 on burn's CPU backend.
 pub fn serve<const D: usize>(x: &Tensor<D>) -> bool {
     let device = x.device().without_autodiff();
     x.dtype() == DType::F32 && matches!(device.as_dispatch(), DispatchDevice::Flex(_))
@@ -231,7 +231,7 @@ fn instance_norm(x: Tensor<4>, norm: &BatchNorm) -> Tensor<4> {
 pub struct LossInputs<'a> {
     /// Linear light that an output of 1 stands for.
     pub light: Tensor<4>,
-    /// Where the subject is, `[1, 1, h, w]`.
+    /// Matte of the subject, `[1, 1, h, w]`.
     pub mask: &'a Tensor<4>,
     /// Encoded OLATs, `[lamps, 3, h, w]`; None skips the reconstruction loss.
     pub olats: Option<&'a Tensor<4>>,

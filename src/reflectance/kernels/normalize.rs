@@ -190,7 +190,7 @@ impl GroupNorm<'_> {
         if value > 0.0 { dy } else { self.slope * dy }
     }
 
-    /// What happens to a channel before the leaky ReLU.
+    /// Change of a channel before the leaky ReLU.
     #[inline(always)]
     fn affine(&self, moments: Moments, channel: usize) -> Affine {
         let Centre { high, low } = moments.centre();

@@ -18,7 +18,7 @@ use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, AutodiffBackend, Backend, Flex, TensorMetadata, backend_extension};
 use burn::tensor::{Bytes, DType, Shape};
 
-/// What the network and its losses are made of, for burn's CPU backend.
+/// Operations of the network and its losses, for burn's CPU backend.
 #[backend_extension(Flex, Autodiff)]
 pub trait Kernels: Backend {
     /// Convolution of the channels of `first` and then `second` (of no channels where there is but
@@ -62,7 +62,7 @@ pub trait Kernels: Backend {
     ) -> (FloatTensor<Self>, FloatTensor<Self>);
 }
 
-/// What happens to parameters once their gradients are known.
+/// Changes of parameters once their gradients are known.
 #[backend_extension(Flex)]
 pub trait Updates: Backend {
     /// The parameter and both moments after a step. See [`AdamStep`].

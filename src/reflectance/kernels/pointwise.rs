@@ -31,7 +31,7 @@ pub fn sigmoid(x: f32) -> f32 {
     (if x < 0.0 { power } else { 1.0 }) / (1.0 + power)
 }
 
-/// What is applied to a convolution's sums.
+/// Function applied to a convolution's sums.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Activation {
     None,

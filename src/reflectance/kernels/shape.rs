@@ -12,7 +12,7 @@ pub struct Shape {
     pub width: usize,
     /// Width and height of the kernel.
     pub kernel: usize,
-    /// Whether the processor's tile registers compute it, and how exactly.
+    /// Precision of the processor's tile registers, if they compute it.
     pub tiles: Option<Precision>,
 }
 

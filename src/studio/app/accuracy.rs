@@ -1,4 +1,4 @@
-//! What accuracy costs: its measurement, and the rung that is taken over.
+//! Cost of accuracy: its measurement, and the rung that is taken over.
 
 use super::StudioApp;
 use crate::command::{AccuracyCommand, LookCommand};

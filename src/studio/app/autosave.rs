@@ -1,4 +1,4 @@
-//! What is saved without being asked for: the project's look, and a person's preferences.
+//! Automatic saves: the project's look, and a person's preferences.
 
 use crate::favourites::Favourites;
 use crate::history::History;
@@ -18,15 +18,15 @@ use std::time::Duration;
 /// Writing that takes longer than this is shown.
 const SLOW: Duration = Duration::from_millis(500);
 
-/// What was saved last, and the thread that writes.
+/// The state that was saved last, and the thread that writes.
 pub struct Autosave {
     preferences: Preferences,
     /// The layout was changed by a drag that is not over yet, or by a command.
     pub layout_edited: bool,
     look: SavedLook,
-    /// How many steps could be undone and redone when the look was saved last.
+    /// Numbers of steps of undo and redo when the look was saved last.
     steps: [usize; 2],
-    /// Why the newest text of a file is not written.
+    /// Reason the newest text of a file is not written.
     failed: Option<String>,
     saver: Saver,
 }
@@ -147,17 +147,17 @@ impl Autosave {
         (self.look, self.steps) = (look, steps);
     }
 
-    /// Why something that was changed is not on the disk: the last attempt to write it failed.
+    /// Reason a change is not on the disk: the last attempt to write it failed.
     pub fn unsaved(&self) -> Option<&str> {
         self.failed.as_deref()
     }
 
-    /// Whether writing takes long; None if nothing waits to be written.
+    /// True if writing takes long; None if nothing waits to be written.
     pub fn saving(&self) -> Option<bool> {
         self.saver.waiting().map(|waiting| waiting >= SLOW)
     }
 
-    /// What could not be written since the last call.
+    /// Failed writes since the last call.
     pub fn failures(&mut self) -> impl Iterator<Item = String> {
         self.failed = self.saver.failed();
         self.saver.failures()

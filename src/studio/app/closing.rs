@@ -1,4 +1,4 @@
-//! What would be lost by a close, or by another project, and the question before a close.
+//! Work that would be lost by a close, or by another project, and the question before a close.
 
 use super::StudioApp;
 use crate::panels::job::capitalized;
@@ -20,7 +20,7 @@ impl StudioApp {
         }
     }
 
-    /// What a close or another project would end, a sentence each.
+    /// Work that a close or another project would end, a sentence each.
     pub(super) fn would_end(&self) -> Vec<String> {
         // A job may have ended whose last words are still on their way.
         let job = self.status.job.as_ref();
@@ -58,7 +58,7 @@ impl StudioApp {
     }
 }
 
-/// Whether an export of this name is a single file.
+/// True if an export of this name is a single file.
 pub(super) fn is_movie(name: &str) -> bool {
     matches!(Destination::parse(name), Ok(Destination::Clip(_)))
 }

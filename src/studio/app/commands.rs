@@ -1,4 +1,4 @@
-//! Who handles which command.
+//! Handler of each command.
 
 use super::StudioApp;
 use crate::command::{Command, LookCommand, ViewCommand};

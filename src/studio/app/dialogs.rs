@@ -24,7 +24,7 @@ const SOON: Duration = Duration::from_millis(400);
 /// The extension of files with looks.
 const LOOKS: [&str; 1] = ["json"];
 
-/// What a dialog is called, and what can be chosen in it.
+/// Title of a dialog, and the files or folders that can be chosen in it.
 struct Ask {
     title: &'static str,
     wanted: Wanted,
@@ -72,7 +72,7 @@ impl Ask {
     }
 }
 
-/// How a dialog ended.
+/// End of a dialog.
 #[derive(Debug, PartialEq)]
 enum Ended {
     Chosen(Vec<PathBuf>),
@@ -83,11 +83,11 @@ enum Ended {
 
 /// The dialogs. Each runs on a thread of its own, so that the window does not wait.
 pub struct Dialogs {
-    /// How many were shown.
+    /// Number of dialogs that were shown.
     count: u64,
     wake: Arc<dyn Fn() + Send + Sync>,
     end: Sender<(u64, Ended)>,
-    /// How each ended, by its number.
+    /// End of each dialog, by its number.
     ended: Receiver<(u64, Ended)>,
 }
 

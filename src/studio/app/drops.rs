@@ -43,7 +43,7 @@ impl StudioApp {
         out.extend(others.into_iter().filter_map(|path| self.dropped_folder(path)));
     }
 
-    /// What was dropped, unless it was brought to the plan for a new project: while that is shown, or if it is a movie.
+    /// Dropped paths, unless they were brought to the plan for a new project: while that is shown, or if one is a movie.
     fn dropped_parts(&mut self, paths: Vec<PathBuf>) -> Option<Vec<PathBuf>> {
         let is_whole = |path: &PathBuf| {
             let is_file = FILES.iter().any(|name| path.ends_with(name));
@@ -104,7 +104,7 @@ pub(super) fn folder_of(path: PathBuf) -> PathBuf {
     }
 }
 
-/// Whether it may be a part of a shoot: a folder, a movie, a picture or a list of lamps.
+/// True if it may be a part of a shoot: a folder, a movie, a picture or a list of lamps.
 fn is_part(path: &Path) -> bool {
     const OTHERS: [&str; 2] = ["lp", "dpx"];
     let extension = path.extension().unwrap_or_default();

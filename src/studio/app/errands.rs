@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use worker::background::catch_panic;
 
-/// What follows in the window when an errand is done.
+/// Action in the window after an errand is done.
 type Then = Box<dyn FnOnce(&mut StudioApp) + Send>;
 
 /// Errands that run, in the order in which they were asked for.
@@ -14,7 +14,7 @@ type Then = Box<dyn FnOnce(&mut StudioApp) + Send>;
 pub struct Errands(VecDeque<Receiver<Then>>);
 
 impl Errands {
-    /// What follows of the first errand, once it is done.
+    /// Action after the first errand, once it is done.
     fn done(&mut self) -> Option<Then> {
         loop {
             match self.0.front()?.try_recv() {

@@ -19,11 +19,11 @@ pub struct Exports {
     /// Those that wait, run or are finished.
     pub queue: Vec<Export>,
     pub destination: DestinationCheck,
-    /// Where those go whose files were not looked for yet.
+    /// Destinations of the exports whose files were not looked for yet.
     ahead: Vec<Ahead>,
 }
 
-/// Where an export goes whose files may not be there yet.
+/// Destination of an export whose files may not be there yet.
 struct Ahead {
     id: u64,
     to: String,
@@ -56,13 +56,13 @@ impl Exports {
         self.ahead.clear();
     }
 
-    /// How many are finished.
+    /// Number of finished exports.
     fn finished(&self) -> usize {
         let finished = self.queue.iter().filter(|e| e.status.sentence().is_some());
         finished.count()
     }
 
-    /// Where an export of frames `range` to `to` goes: a number is appended where files are there already, or will be once
+    /// Destination of an export of frames `range` to `to`: a number is appended where files are there already, or will be once
     /// the queue is written.
     pub fn goes_to(&self, to: &str, range: (usize, usize)) -> String {
         let found = self.destination.found();
@@ -120,7 +120,7 @@ impl StudioApp {
         }
     }
 
-    /// What is exported now; None if nothing can be: why is said.
+    /// Settings of the present export; None if nothing can be exported: the reason is said.
     fn export_settings(&mut self) -> Option<RelightSettings> {
         let entry = self.library.entries().get(self.state.look.environment);
         let panorama = entry.map(|entry| &entry.panorama);
@@ -202,7 +202,7 @@ impl StudioApp {
     }
 }
 
-/// What an export is called: its file, or its first and last still, such as `clay.0000–0007.png`.
+/// Title of an export: its file, or its first and last still, such as `clay.0000–0007.png`.
 fn title(to: &str, (first, last): (usize, usize)) -> String {
     let name = Path::new(to).file_name().unwrap_or_default();
     let name = name.display().to_string();

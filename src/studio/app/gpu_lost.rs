@@ -22,7 +22,7 @@ impl StudioApp {
         self
     }
 
-    /// Whether the window cannot be drawn any more. Then it closes, with everything saved; drawing would end the
+    /// True if the window cannot be drawn any more. Then it closes, with everything saved; drawing would end the
     /// program, for egui finds no memory on the GPU.
     pub(super) fn closes_without_gpu(&mut self, frame: &Frame) -> bool {
         let device = frame.wgpu_render_state().map(|state| &state.device);

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use worker::SrgbPicture;
 
-/// What the names of files with looks end in.
+/// Ending of the names of files with looks.
 pub(super) const ENDING: &str = ".look.json";
 
 impl StudioApp {
@@ -94,7 +94,7 @@ impl StudioApp {
         Ok(())
     }
 
-    /// Whether a shelf can be changed.
+    /// Check that a shelf can be changed.
     fn writable(&self, shelf: Shelf) -> Result<(), String> {
         match (shelf, &self.session.read_only) {
             (Shelf::Project, Some(why)) => Err(format!("No look can be stored here: {why}")),

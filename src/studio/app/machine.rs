@@ -1,4 +1,4 @@
-//! What this machine can do: measured by a job, shown while it is measured, saved as a file.
+//! Abilities of this machine: measured by a job, shown while they are measured, saved as a file.
 
 use super::StudioApp;
 use crate::command::MachineCommand;
@@ -10,9 +10,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use worker::{Job, Latest};
 
-/// What is known of this machine.
+/// The window's knowledge of this machine.
 pub struct Machine {
-    /// Where the job puts it.
+    /// Place in which the job puts it.
     known: Arc<Latest<MachineReport>>,
     pub report: Option<MachineReport>,
 }

@@ -8,7 +8,7 @@ use footage::{BrushSide, MatteSettings};
 use worker::Job;
 
 impl StudioApp {
-    /// Whether undo and redo are about strokes: the brush is taken, its pane active, and there is something to undo.
+    /// True if undo and redo are about strokes: the brush is taken, its pane active, and there is something to undo.
     pub(super) fn paints(&self, back: bool) -> bool {
         self.state.active == Pane::Footage && self.readers.matte.can_travel(back)
     }

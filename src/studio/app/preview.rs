@@ -1,4 +1,4 @@
-//! The picture in the viewport: what is asked for, and when the next frame is due.
+//! The picture in the viewport: the request, and the time of the next frame.
 
 use crate::environment_library::EnvironmentLibrary;
 use crate::four_looks::FourPicture;
@@ -35,7 +35,7 @@ struct PictureRequest {
     table: Option<PathBuf>,
 }
 
-/// What may be left out while the picture changes.
+/// Parts that may be left out while the picture changes.
 #[derive(Clone, Copy, PartialEq)]
 struct Shortcuts {
     /// The full size and fine light, because a setting is dragged or the clip plays.

@@ -1,4 +1,4 @@
-//! Which project is open: opening, planning, making, moving, framing.
+//! The open project: opening, planning, making, moving, framing.
 
 use super::readers::Readers;
 use super::{StudioApp, title};

@@ -1,4 +1,4 @@
-//! What is read of the open project in the background.
+//! Background reads of the open project.
 
 use crate::accuracy::Accuracy;
 use crate::calibration_analysis::CalibrationAnalysis;
@@ -18,7 +18,7 @@ use project::Project;
 use std::sync::Arc;
 use worker::{Event, PreviewPicture};
 
-/// What is known of the open project.
+/// The window's knowledge of the open project.
 #[derive(Default)]
 pub struct Readers {
     pub analysis: CalibrationAnalysis,

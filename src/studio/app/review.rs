@@ -48,7 +48,7 @@ impl StudioApp {
         (self.session.writable()).and_then(|()| self.readers.review.mark(marked))
     }
 
-    /// Whether undo and redo are about verdicts and notes: some were given, and a pane is active where that is done.
+    /// True if undo and redo are about verdicts and notes: some were given, and a pane is active where that is done.
     pub(super) fn judges(&self) -> bool {
         matches!(self.state.active, Pane::Review | Pane::Lamps) && self.readers.review.has_history()
     }
@@ -122,7 +122,7 @@ impl StudioApp {
         Ok(())
     }
 
-    /// Whether the key that switches between two pictures is about those of a cell: where one is shown, unless keys go to the
+    /// True if the key that switches between two pictures is about those of a cell: where one is shown, unless keys go to the
     /// picture beside it.
     pub(super) fn flips_cell(&self) -> bool {
         let beside = self.state.active == Pane::Picture && self.shown.contains(&Pane::Lamps);

@@ -6,7 +6,7 @@ use std::path::Path;
 use worker::background::drop_later;
 use worker::{Job, Worker};
 
-/// What is open.
+/// The open project, its worker and its lock.
 #[derive(Default)]
 pub struct Session {
     pub project: Option<Project>,
@@ -14,7 +14,7 @@ pub struct Session {
     pub worker: Option<Worker>,
     /// Keeps others from writing into the project.
     lock: Option<Lock>,
-    /// Why nothing can be written into it: another process holds its lock.
+    /// Reason nothing can be written into it: another process holds its lock.
     pub read_only: Option<String>,
 }
 
@@ -32,7 +32,7 @@ impl Session {
         drop_later(old);
     }
 
-    /// Whether the open project is the one in `root`, by whatever path.
+    /// True if the open project is the one in `root`, by whatever path.
     pub fn is_of(&self, root: &Path) -> bool {
         let full = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
         let mut open = self.project.iter().map(|project| &project.root);
@@ -53,26 +53,26 @@ impl Session {
         before
     }
 
-    /// Whether anything can be written into the project.
+    /// Check that the project can be written.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason it cannot.
     pub fn writable(&self) -> Result<(), String> {
         said(self.worker.as_ref().map_or(Ok(()), Worker::writable))
     }
 
-    /// Whether no job or export runs.
+    /// Check that neither a job nor an export runs.
     ///
     /// # Errors
-    /// Why it has to be waited for.
+    /// The reason for the wait.
     pub fn idle(&self) -> Result<(), String> {
         said(self.worker.as_ref().map_or(Ok(()), Worker::idle))
     }
 
-    /// Whether no job runs, which another project would stop.
+    /// Check that no job runs, which another project would stop.
     ///
     /// # Errors
-    /// Which job runs, and how to stop it.
+    /// The job that runs, and the way to stop it.
     pub fn can_leave(&self) -> Result<(), String> {
         match self.worker.as_ref().and_then(Worker::running_job) {
             Some(job) => {

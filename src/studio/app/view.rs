@@ -1,4 +1,4 @@
-//! What is drawn: the lines around the panes, the panes, and the lists of keys and commands over them.
+//! Content of the window: the lines around the panes, the panes, and the lists of keys and commands over them.
 
 use crate::command::{Command, TimelineCommand};
 use crate::keys;
@@ -14,7 +14,7 @@ use crate::workspace_view::{Panels, WorkspaceView};
 use eframe::egui_wgpu::RenderState;
 use egui::{CentralPanel, Frame, Margin, Panel, Ui};
 
-/// What only the drawing needs.
+/// State that only the drawing needs.
 #[derive(Default)]
 pub struct WindowView {
     panels: Panels,
@@ -22,10 +22,10 @@ pub struct WindowView {
     path: PathPanel,
 }
 
-/// What was drawn.
+/// Result of drawing the window.
 pub struct Drawn {
     pub panes: Vec<Pane>,
-    /// Whether the arrangement was changed.
+    /// The arrangement was changed.
     pub layout_edited: bool,
 }
 
@@ -40,7 +40,7 @@ impl WindowView {
         self.panels.fit()
     }
 
-    /// What is done on the timeline: a command that is left to apply, if there is one.
+    /// Effect of a command on the timeline: a command that is left to apply, if there is one.
     pub fn apply_to_timeline(
         &mut self,
         command: TimelineCommand,
@@ -54,7 +54,7 @@ impl WindowView {
         *self.panels.timeline() = TimelinePanel::default();
     }
 
-    /// Whether the pointer was over the timeline when that was drawn last.
+    /// True if the pointer was over the timeline when that was drawn last.
     pub fn is_over_timeline(&mut self) -> bool {
         self.panels.timeline().is_hovered()
     }
@@ -64,7 +64,7 @@ impl WindowView {
         self.panels.focus(pane);
     }
 
-    /// Whether something was typed into the field of this entry.
+    /// True if something was typed into the field of this entry.
     pub fn path_is_typed(&self, entry: &PathEntry) -> bool {
         self.path.is_typed(entry)
     }

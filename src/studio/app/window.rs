@@ -1,4 +1,4 @@
-//! How the window is arranged, and what covers it.
+//! Arrangement of the window, and the questions and lists that cover it.
 
 use super::StudioApp;
 use crate::command::{AimCommand, LookCommand, ViewCommand, WindowCommand};
@@ -77,7 +77,7 @@ impl StudioApp {
         }
     }
 
-    /// Why something that a person made is not on the disk: look, verdicts or strokes could not be written.
+    /// Reason a person's work is not on the disk: look, verdicts or strokes could not be written.
     pub(super) fn unsaved(&self) -> Option<&str> {
         (self.autosave.unsaved())
             .or(self.readers.review.failure.as_deref())
@@ -122,7 +122,7 @@ impl StudioApp {
         }
     }
 
-    /// Where the pane that keys go to is not shown any more, they go to one that is.
+    /// Keys go to a pane that is shown if theirs is hidden.
     pub(super) fn activate_shown(&mut self) {
         if !self.shown.contains(&self.state.active) {
             let is_shown = |pane: &&Pane| self.shown.contains(pane);
@@ -142,7 +142,7 @@ fn leave_path(state: &mut State) {
     }
 }
 
-/// Whether a cell, a region, or lamps or lights alone are looked at.
+/// True if a cell, a region, or lamps or lights alone are looked at.
 fn looks_closely(state: &State) -> bool {
     let solo = !state.solo.is_empty() || state.look.lighting.is_solo();
     state.cell.is_some() || state.region.is_some() || solo

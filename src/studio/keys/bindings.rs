@@ -98,7 +98,7 @@ const NEW: Command = Project(ProjectCommand::New(None));
 const OPEN: Command = Command::Dialog(Dialog::Project);
 const SAVED: Command = Window(WindowCommand::TellSaved);
 
-/// What can be asked for while a text is typed.
+/// Commands that can be given while a text is typed.
 pub const OF_PROJECTS: [Command; 3] = [NEW, OPEN, SAVED];
 
 /// Bindings with more modifiers come first: egui takes Alt+→ for → otherwise. Then those of one pane come

@@ -5,7 +5,7 @@ use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
 use crate::theme;
 
-/// What the mouse does in the viewport.
+/// Actions of the mouse in the viewport.
 const GESTURES: &[(&str, &str)] = &[
     ("Drag, Ctrl+drag", "Turn the light"),
     ("Shift+right-drag", "Turn the light"),

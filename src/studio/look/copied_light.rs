@@ -37,7 +37,7 @@ impl CopiedLight {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
-    /// What [`Self::text`] gave.
+    /// Light from the text that [`Self::text`] gave.
     ///
     /// # Errors
     /// A sentence when the text holds no light.

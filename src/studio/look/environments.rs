@@ -50,7 +50,7 @@ impl LookSettings {
         }
     }
 
-    /// Which way is front in the environment that is shown.
+    /// Front in the environment that is shown.
     pub fn front(&self) -> Front {
         let shown = self.environments.get(self.environment);
         shown.map_or(Front::default(), ListedEnvironment::front)

@@ -7,9 +7,9 @@ use scene::{Background, Effects, STRENGTHS, Setting};
 /// The settings under one heading of the panel of the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Group {
-    /// How the environment is turned, and how it is split among the lamps.
+    /// Turn of the environment, and its split among the lamps.
     Environment,
-    /// How bright the environment is, and its colour.
+    /// Brightness and colour of the environment.
     Grade,
     /// The lights placed by hand.
     Lights,
@@ -20,7 +20,7 @@ pub enum Group {
 }
 
 impl Group {
-    /// What its heading says.
+    /// Text of its heading.
     pub fn name(self) -> &'static str {
         match self {
             Self::Environment => "Environment",
@@ -46,7 +46,7 @@ impl Group {
 }
 
 impl LookSettings {
-    /// Whether anything in a group differs from its default, or has keys.
+    /// True if anything in a group differs from its default, or has keys.
     pub fn is_changed(&self, group: Group) -> bool {
         let mut restored = self.clone();
         restored.restore(group);

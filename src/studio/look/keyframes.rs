@@ -11,7 +11,7 @@ impl LookSettings {
         self.animation.of(of).unwrap_or(&NONE)
     }
 
-    /// Whether a setting has any keys.
+    /// True if a setting has keys.
     pub fn is_keyed(&self, of: Setting) -> bool {
         self.animation.of(of).is_some()
     }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedLook {
     pub look: Arc<StoredLook>,
-    /// Whether its environment's file is there: then it joins the list if it is not in it.
+    /// Its environment's file is there: then it joins the list if it is not in it.
     pub adds: bool,
 }
 

@@ -1,4 +1,4 @@
-//! How long ago something was, as people say it.
+//! Time since an event, as people say it.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -8,7 +8,7 @@ pub fn since(time: u64) -> u64 {
     now.map_or(0, |now| now.as_secs().saturating_sub(time))
 }
 
-/// How long ago something was, to the hour.
+/// Time since an event, to the hour.
 pub fn ago(seconds: u64) -> String {
     let (hours, days) = (seconds / 3600, seconds / 86_400);
     match days {

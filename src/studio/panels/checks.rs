@@ -1,4 +1,4 @@
-//! How far the project can be trusted: each check with its sentence, its remedy, and the way to the pane that mends it.
+//! Trust in the project: each check with its sentence, its remedy, and the way to the pane that mends it.
 
 use crate::command::{Command, WindowCommand};
 use crate::layout::{Pane, Workspace};
@@ -76,7 +76,7 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
     });
 }
 
-/// What the window calls a level: a colour's name would be a lie to who does not see it.
+/// The window's word for a level: a colour's name would be a lie to who does not see it.
 pub fn verdict(level: Level) -> &'static str {
     match level {
         Level::Good => "Good",
@@ -102,7 +102,7 @@ pub fn color(level: Level) -> Color32 {
     }
 }
 
-/// Where a person can do something about it.
+/// Workspace and pane in which a person can mend it.
 fn mended_in(subject: Subject) -> (Workspace, Pane) {
     match subject {
         Subject::LampsSeen

@@ -1,4 +1,4 @@
-//! What an OpenColorIO configuration offers in a menu: views, displays and looks.
+//! Menu entries from an OpenColorIO configuration: views, displays and looks.
 
 use crate::panel_context::PanelContext;
 use crate::theme;
@@ -78,7 +78,7 @@ pub fn color_views_ui(
     chosen
 }
 
-/// What is chosen by the entries below.
+/// Heading of the entries below: the name of their choice.
 pub fn heading_ui(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
 }

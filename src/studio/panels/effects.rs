@@ -17,7 +17,7 @@ const WORD: usize = 11;
 /// Height of a line that has a switch.
 const LINE: f32 = 20.0;
 
-/// What a pass can be told to do, with what the switch says and what that means.
+/// Choices for a pass, each with the text on the switch and its meaning.
 const CHOICES: [(Option<bool>, &str, &str); 3] = [
     (None, "Auto", "Automatic"),
     (Some(true), "On", "Always on"),
@@ -86,7 +86,7 @@ impl EffectsPanel {
     }
 }
 
-/// What the picture took.
+/// Times that the picture took.
 fn times_ui(ui: &mut Ui, relit: &PreviewPicture) {
     let small = |text: String| RichText::new(text).size(13.0).color(theme::QUIET);
     ui.label(small(format!("Frame predicted in {:.0} ms", relit.predict_ms)));
@@ -94,7 +94,7 @@ fn times_ui(ui: &mut Ui, relit: &PreviewPicture) {
     ui.add_space(GAP / 2.0);
 }
 
-/// How many passes are forced, and the way back.
+/// Number of forced passes, and the way back.
 fn forced_ui(ui: &mut Ui, effects: &Effects, out: &mut Vec<Command>) {
     let says = match effects.forced.count() {
         0 => return,

@@ -16,12 +16,12 @@ use egui::{
 const REMOVE: f32 = 20.0;
 const STAR: f32 = 20.0;
 
-/// What the panel has to bring into sight.
+/// Things that the panel has to bring into sight.
 #[derive(Default)]
 pub struct EnvironmentsPanel {
     /// The entry that lit the subject when the panel was drawn last.
     last: Option<usize>,
-    /// Whether the search field gets the focus.
+    /// The search field gets the focus.
     focus: bool,
 }
 

@@ -14,11 +14,11 @@ const DOT: f32 = 3.0;
 /// A heading.
 pub struct Heading {
     pub name: &'static str,
-    /// Whether anything under it differs from its default.
+    /// Something under it differs from its default.
     pub changed: bool,
-    /// What gives all of it its defaults.
+    /// Command that gives all of it its defaults.
     pub reset: Command,
-    /// What stands under it is hidden.
+    /// The content under it is hidden.
     pub folded: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What all handles of a placed light have in common, wherever they are drawn: the focus and the keyboard.
+//! Common behaviour of all handles of a placed light, on each map: the focus and the keyboard.
 
 use super::lights;
 use crate::command::{Command, LookCommand, ViewCommand};
@@ -11,7 +11,7 @@ use light::PlacedLight;
 /// Degrees that an arrow key moves a light; with Shift ten times as many.
 const STEP_DEG: f32 = 1.0;
 
-/// How a map of directions is turned.
+/// Orientation of a map of directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seen {
     /// As a panorama: azimuths grow to the right.

@@ -80,12 +80,12 @@ impl JobPanel {
     }
 }
 
-/// Whether the viewport shows job and message: while there are no relit pictures.
+/// True if the viewport shows job and message: while there are no relit pictures.
 fn is_in_viewport(context: &PanelContext) -> bool {
     context.shown.contains(&Pane::Picture) && !context.is_live()
 }
 
-/// Whether a pane shows the last message: the viewport, or the export queue beside the export that is over.
+/// True if a pane shows the last message: the viewport, or the export queue beside the export that is over.
 fn is_said(context: &PanelContext, said: &str) -> bool {
     let mut exports = context.exports.iter();
     let queue = context.shown.contains(&Pane::Export)
@@ -196,7 +196,7 @@ fn message_ui(ui: &mut Ui, said: &str, out: &mut Vec<Command>) {
     }
 }
 
-/// Whether it is paused or stopping; otherwise the time left.
+/// "paused" or "stopping" if it is; otherwise the time left.
 pub fn state(job: &RunningJob) -> String {
     if job.stopping {
         return "stopping".to_owned();

@@ -114,7 +114,7 @@ const GRADES: [Row<Lighting>; 3] = [
     },
 ];
 
-/// How the environment is turned and split among the lamps. Returns whether the person wants to pick the front again.
+/// Turn of the environment, and its split among the lamps. Returns true if the person wants to pick the front again.
 fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {
     let look = &context.state.look;
     let mut asks = false;

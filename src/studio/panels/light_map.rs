@@ -1,4 +1,4 @@
-//! Where directions of light are drawn: on a panorama around the subject, or on a mirror ball that the camera sees.
+//! Maps of directions of light: a panorama around the subject, or a mirror ball that the camera sees.
 
 use super::sphere::{place, share};
 use egui::{Pos2, Rect, Vec2, vec2};
@@ -15,7 +15,7 @@ pub enum LightMap {
 }
 
 impl LightMap {
-    /// What the map is called in the names of its handles.
+    /// Name of the map in the names of its handles.
     pub fn name(self) -> &'static str {
         match self {
             Self::Panorama(_) => "panorama",

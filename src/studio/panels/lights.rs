@@ -18,11 +18,11 @@ use light::{LightGroup, Lighting, PlacedLight, placed, white};
 use scene::{LightSetting, Setting};
 use std::ops::RangeInclusive;
 
-/// What is left free of a line behind a name: the colour, and the buttons that duplicate and remove.
+/// Space left free behind a name in a line: for the colour, and the buttons that duplicate and remove.
 const BEHIND_NAME: f32 = 112.0;
 /// Width of a light's colour.
 const SWATCH: f32 = 30.0;
-/// What is left free of a group's line behind its name: the button that removes.
+/// Space left free behind the name in a group's line: for the button that removes.
 const BEHIND_GROUP: f32 = 38.0;
 
 const ROWS: [Row<PlacedLight>; 3] = [
@@ -47,7 +47,7 @@ const ROWS: [Row<PlacedLight>; 3] = [
 /// The settings of these rows that can have keys.
 const TURNS: [LightSetting; 3] = [LightSetting::Yaw, LightSetting::Pitch, LightSetting::Radius];
 
-/// What a pass over the lights changes.
+/// Changes made by a pass over the lights.
 struct Edit {
     lighting: Lighting,
     chosen: Option<usize>,

@@ -17,7 +17,7 @@ use worker::SrgbPicture;
 /// Width of the button beside the name in points.
 const STORE: f32 = 66.0;
 
-/// What has been typed and unfolded, and the thumbnails that were drawn last.
+/// Text typed and looks unfolded so far, and the thumbnails that were drawn last.
 #[derive(Default)]
 pub struct LooksPanel {
     name: String,
@@ -26,7 +26,7 @@ pub struct LooksPanel {
     renaming: Option<Renaming>,
     /// Looks whose versions are listed.
     open: BTreeSet<LookId>,
-    /// Whether removed looks are listed.
+    /// Removed looks are listed.
     removed: bool,
     thumbnails: Thumbnails,
 }

@@ -1,4 +1,4 @@
-//! What this machine can do: the button that measures it, and the report, in a window over the others.
+//! Capabilities of this machine: the button that measures it, and the report, in a window over the others.
 
 use crate::command::{Command, Dialog, MachineCommand, WindowCommand};
 use crate::panel_context::PanelContext;
@@ -8,7 +8,7 @@ use egui::{Grid, Label, RichText, ScrollArea, Ui};
 /// As long as `afterlight device` takes without an option.
 const MINUTES: f64 = 8.0;
 
-/// What a measuring does and how long it takes.
+/// Purpose and duration of a measurement.
 const OFFER: &str = "Times training, prediction and relighting on GPU and CPU, in less than eight minutes. Figures appear as they are \
      measured; Stop keeps them. Other jobs wait.";
 

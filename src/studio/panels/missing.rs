@@ -7,7 +7,7 @@ use crate::theme::{self, GAP};
 use egui::{RichText, Ui};
 use worker::{Blocked, Need};
 
-/// What has to be said beside the button; nothing where the button says it all.
+/// Sentence shown beside the button; None if the button says it all.
 pub fn why(blocked: &Blocked) -> Option<&str> {
     let sentence = blocked.sentence.as_str();
     match blocked.need {

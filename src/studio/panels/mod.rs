@@ -109,7 +109,7 @@ fn covering(picture: Vec2, room: Vec2) -> Rect {
     Rect::from_min_size(((Vec2::splat(1.0) - size) * vec2(0.5, 0.3)).to_pos2(), size)
 }
 
-/// Why something could not be done, and the button that dismisses the message.
+/// Reason for a refusal, and the button that dismisses the message.
 pub fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
         ui.label(RichText::new(icons::WARNING).size(16.0).color(theme::WARNING));

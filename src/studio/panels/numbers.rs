@@ -16,7 +16,7 @@ pub fn computing<N: Numeric>(value: &mut N) -> DragValue<'_> {
         .custom_parser(move |text| computed_once::<N>(text, now))
 }
 
-/// Whether a field was clicked twice, which resets its number.
+/// True if a field was clicked twice, which resets its number.
 pub fn is_reset(ui: &Ui, field: &Response) -> bool {
     let is_reset = field.double_clicked();
     if is_reset {
@@ -49,7 +49,7 @@ fn in_turns(degrees: f32) -> String {
 }
 
 thread_local! {
-    /// What was computed last: from which text, the number before, and the number that it gave.
+    /// The last computation: its text, the number before, and the number that it gave.
     static COMPUTED: RefCell<Option<(String, [f64; 2])>> = const { RefCell::new(None) };
 }
 

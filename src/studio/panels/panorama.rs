@@ -148,7 +148,7 @@ impl Preview {
     }
 }
 
-/// Where the panorama's columns are, as the camera sees it, with a tick above each word.
+/// Positions of the panorama's columns, as the camera sees them, with a tick above each word.
 fn sides_ui(painter: &Painter, rect: Rect) {
     let painter = painter.with_clip_rect(rect);
     for (share, word, align) in [
@@ -221,7 +221,7 @@ fn areas_ui(ui: &Ui, context: &PanelContext, map: LightMap, areas: &[Area], turn
     told
 }
 
-/// How a placed light stands among the others.
+/// State of a placed light among the others.
 #[derive(Clone, Copy)]
 struct Standing {
     chosen: bool,

@@ -27,7 +27,7 @@ struct Begun {
 #[derive(Default)]
 pub struct PathPanel {
     text: String,
-    /// What the text was begun with: another dialog begins another.
+    /// Entry that the text was begun for: another dialog begins another.
     of: Option<PathEntry>,
     lookup: Option<Lookup<Begun, Vec<String>>>,
     asked: Option<Begun>,
@@ -35,13 +35,13 @@ pub struct PathPanel {
 }
 
 impl PathPanel {
-    /// Whether the text was begun with what this entry begins with.
+    /// True if the text was begun for this entry.
     fn is_of(&self, entry: &PathEntry) -> bool {
         let same = |of: &PathEntry| (of.number, of.fills) == (entry.number, entry.fills);
         self.of.as_ref().is_some_and(same)
     }
 
-    /// Whether something was typed or dropped into the field of this entry.
+    /// True if something was typed or dropped into the field of this entry.
     pub fn is_typed(&self, entry: &PathEntry) -> bool {
         entry.fills > 0 || self.is_of(entry) && self.text != entry.begun
     }
@@ -189,7 +189,7 @@ fn to_the_end(ui: &Ui, id: Id, text: &str) {
     state.store(ui.ctx(), id);
 }
 
-/// What has been typed up to the last folder, with its slash.
+/// The typed text up to the last folder, with its slash.
 fn folder_of(text: &str) -> &str {
     text.rfind(std::path::is_separator).map_or("", |slash| &text[..=slash])
 }

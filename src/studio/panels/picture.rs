@@ -98,7 +98,7 @@ fn row(strength: &Strength) -> Row<Effects> {
     }
 }
 
-/// What the picture can show: the setting, its name and its key.
+/// Channels and views of the picture: the setting, its name and its key.
 pub const SHOWN: [(Inspection, &str, &str); 7] = [
     (Inspection::Picture, "Picture", "C"),
     (Inspection::Channel(Channel::Red), "Red", "R"),
@@ -122,7 +122,7 @@ pub fn curve_name(view: ViewTransform) -> &'static str {
     curve.map_or("", |(_, name)| name)
 }
 
-/// How light becomes the codes of the picture.
+/// Curve that converts light to the codes of the picture.
 fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let effects = context.state.look.effects;
     let mut changed = effects;

@@ -5,7 +5,7 @@ use crate::icons;
 use crate::theme::{self, GAP};
 use egui::{Align, Label, Layout, Ui};
 
-/// What the window says where another process holds the project's lock; `why` itself if it is about something else.
+/// The window's message if another process holds the project's lock; `why` itself if it is about something else.
 fn banner(why: &str) -> String {
     let process = why.rsplit_once(", process ").map(|(_, rest)| rest);
     let digits = process.and_then(|rest| rest.split(|c: char| !c.is_ascii_digit()).next());

@@ -14,7 +14,7 @@ const NAME: f32 = 108.0;
 pub const MOST_LETTERS: usize = 20;
 pub const MOST_NAME: f32 = 140.0;
 pub const FIELD: f32 = 100.0;
-/// What stays free beside a bar: the diamond that sets a key.
+/// Space left free beside a bar: for the diamond that sets a key.
 pub const BESIDE: f32 = 30.0;
 
 /// A grid of rows.
@@ -38,13 +38,13 @@ pub fn segments_ui<R>(ui: &mut Ui, choices: impl FnOnce(&mut Ui) -> R) -> R {
 pub struct Row<T> {
     pub name: &'static str,
     pub of: fn(&mut T) -> &mut f32,
-    /// What the number may be, and the bar's ends.
+    /// Range of the number, and the bar's ends.
     pub range: RangeInclusive<f32>,
     /// Change per point of a drag.
     pub speed: f32,
     pub decimals: usize,
     pub suffix: &'static str,
-    /// What it does; empty if the name says it.
+    /// Its effect in words; empty if the name says it.
     pub hint: &'static str,
 }
 

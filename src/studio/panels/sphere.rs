@@ -21,7 +21,7 @@ pub struct Mark {
     pub doubtful: bool,
 }
 
-/// How far the dome was turned by dragging, in radians.
+/// Turn of the dome by dragging, in radians.
 #[derive(Clone, Copy)]
 pub struct DomeView {
     yaw: f32,

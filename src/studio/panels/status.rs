@@ -49,7 +49,7 @@ impl StatusPanel {
     }
 }
 
-/// Where the network runs, size and rate of the picture, and light that no lamp stands for.
+/// Device of the network, size and rate of the picture, and light that no lamp stands for.
 fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let device = small(match &context.status.phase {
         _ if context.status.job.is_some() && !context.is_live() => "Working",
@@ -78,7 +78,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
 }
 
-/// Whether what is set is on the disk.
+/// Save state of the settings on the disk.
 fn saved_ui(ui: &mut Ui, context: &PanelContext) {
     if context.project.is_none() || context.read_only.is_some() {
         return;
@@ -94,7 +94,7 @@ fn saved_ui(ui: &mut Ui, context: &PanelContext) {
     };
 }
 
-/// How far the project can be trusted, once something was measured.
+/// Trust in the project, once something was measured.
 fn check_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let Some(level) = context.check.level() else {
         return;

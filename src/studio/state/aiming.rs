@@ -9,7 +9,7 @@ use std::mem::discriminant;
 pub(super) struct Aiming {
     /// The light that was chosen last, by its id; see [`State::chosen_light`].
     chosen: Option<u32>,
-    /// How often a press began to place a light …
+    /// Number of presses that began to place a light …
     drag: u64,
     /// … and for which of them a light was placed.
     placed_for: u64,
@@ -56,7 +56,7 @@ impl State {
         }
     }
 
-    /// Whether the lights of the group with this id are hidden.
+    /// True if the lights of the group with this id are hidden.
     pub fn is_folded(&self, group: u32) -> bool {
         self.folded_lights.contains(&group)
     }
@@ -72,7 +72,7 @@ impl State {
         Some(self.look.lighting.placed.get(index)?.id)
     }
 
-    /// Whether lights placed by hand have handles on the picture: all of them while lights are placed by the face, else the
+    /// True if lights placed by hand have handles on the picture: all of them while lights are placed by the face, else the
     /// one that was chosen last.
     pub fn shows_handles(&self) -> bool {
         self.chosen_light().is_some() || self.aims && !self.look.lighting.placed.is_empty()
@@ -89,7 +89,7 @@ impl State {
         self.aiming.drag
     }
 
-    /// Where on the picture of a frame the light falls that was placed last, if nothing was changed since.
+    /// Position on the picture of a frame where the light falls that was placed last, if nothing was changed since.
     pub fn aimed_at(&self, frame: usize) -> Option<[usize; 2]> {
         let (aimed, _) = self.aiming.newest.as_ref()?;
         (aimed.frame == frame).then_some(aimed.pixel)

@@ -1,4 +1,4 @@
-//! What of the project is shown, and how.
+//! Shown part of the project, and its display.
 
 use super::State;
 use crate::command::{LookCommand, ViewCommand};
@@ -8,7 +8,7 @@ use scene::{Inspection, Viewing};
 /// Magnifications of the fitted picture.
 const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
 
-/// Where the picture is in the viewport.
+/// Position of the picture in the viewport.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// 1 fits the picture into the viewport.
@@ -160,7 +160,7 @@ impl State {
         }
     }
 
-    /// What is under `about` stays there.
+    /// The point under `about` stays there.
     fn zoom(&mut self, factor: f32, about: [f32; 2]) {
         let zoom = (self.view.zoom * factor).clamp(*ZOOM.start(), *ZOOM.end());
         let grown = zoom / self.view.zoom;

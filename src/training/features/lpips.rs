@@ -14,7 +14,7 @@ use std::path::Path;
 
 /// Channels of the layers that are compared.
 const CHANNELS: [usize; 7] = [64, 128, 256, 384, 384, 512, 512];
-/// What keeps a place without any signal from being divided by zero.
+/// Guard against a division by zero at a place without any signal.
 const EPSILON: f32 = 1e-10;
 
 /// The measure, with its weights in memory.

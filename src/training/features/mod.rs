@@ -54,7 +54,7 @@ impl Features {
         })
     }
 
-    /// Which network it is.
+    /// Architecture of the network.
     pub fn architecture(&self) -> Architecture {
         self.architecture
     }

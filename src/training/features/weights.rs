@@ -12,7 +12,7 @@ use burn::tensor::{DType, Device, Tensor, TensorData};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What to do about a file that cannot be used, and the option that names it.
+/// Remedy for a file that cannot be used, and the option that names it.
 const REMEDY: (&str, &str) = (
     "Give a whole .safetensors or .pth file of torchvision's VGG-16, VGG-19 or SqueezeNet 1.1, or leave it out",
     "--features FILE",
@@ -55,7 +55,7 @@ impl WeightFile {
         Ok(Self { path: path.to_path_buf(), tensors })
     }
 
-    /// Whether there is a tensor of this name.
+    /// True if there is a tensor of this name.
     pub fn has(&self, name: &str) -> bool {
         self.tensors.contains_key(name)
     }

@@ -1,4 +1,4 @@
-//! What each job does.
+//! Work of each job.
 
 use super::Job;
 use crate::demo;
@@ -173,7 +173,7 @@ impl Job {
     }
 }
 
-/// What a trained network is worth on a pose that was held out. A training is no less finished where that cannot be told.
+/// Quality of a trained network on a pose that was held out. A training counts as finished even where that cannot be told.
 fn judged(
     project: &Project,
     pose: usize,

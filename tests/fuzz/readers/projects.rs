@@ -1,4 +1,4 @@
-//! What a project's and a shoot's folder say.
+//! Contents of a project's and a shoot's folder.
 
 use base::progress::Progress;
 use calibration::Calibration;
@@ -45,7 +45,7 @@ fn elsewhere(error: impl std::fmt::Display) -> String {
     format!("project.toml: {error}")
 }
 
-/// What a project's commands read first.
+/// First reads of a project's commands.
 fn use_project(root: &Path) -> Outcome {
     let project = Project::open(root).map_err(|e| e.to_string())?;
     let read = || {

@@ -1,4 +1,4 @@
-//! What people type: responses, lights, keyframes, circles, fronts, numbers.
+//! Words that people type: responses, lights, keyframes, circles, fronts, numbers.
 
 use calibration::{Circle, Trial};
 use fuzz::{Outcome, Target};

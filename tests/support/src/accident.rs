@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
-/// How often each program is killed; the default is for every day.
+/// Environment variable with the number of kills of each program; the default is for every day.
 const COUNT: &str = "AFTERLIGHT_CRASHES";
 /// The seed of the moments.
 const SEED: &str = "AFTERLIGHT_CRASH_SEED";
 
 /// Random moments at which a program is killed.
 pub struct Moments {
-    /// How many there are.
+    /// Number of moments.
     pub count: u32,
     state: u64,
 }
@@ -60,7 +60,7 @@ pub struct Moment {
     folders: Vec<PathBuf>,
 }
 
-/// How a program ended.
+/// End of a program.
 #[derive(Debug)]
 pub enum End {
     Killed,
@@ -124,7 +124,7 @@ impl Moment {
     }
 }
 
-/// Whether a process runs still: neither gone nor ended and not yet waited for.
+/// True if a process runs still: neither gone nor ended and not yet waited for.
 fn lives(process: u32) -> bool {
     stat(process).is_some_and(|(state, _)| !["Z", "X"].contains(&&*state))
 }

@@ -1,4 +1,4 @@
-//! What a test needs that a machine may lack. A test that lacks something returns, and says so: `make test` lists
+//! Needs of a test that a machine may lack. A test that lacks something returns, and says so: `make test` lists
 //! all skips at its end, and where `AFTERLIGHT_REQUIRED` names the need, the test fails instead.
 
 use std::fmt::Display;
@@ -83,7 +83,7 @@ impl Need {
     }
 }
 
-/// Whether what a test needs is `here`. Where it is not, the skip is recorded with its reason, and the test returns.
+/// True if a test's need is `here`. Where it is not, the skip is recorded with its reason, and the test returns.
 ///
 /// # Panics
 /// If it is missing and `AFTERLIGHT_REQUIRED` names it.
@@ -91,7 +91,7 @@ pub fn require(need: Need, here: bool, why: impl Display) -> bool {
     found(need, if here { Ok(()) } else { Err(why) }).is_some()
 }
 
-/// What was found of what a test needs. Where it was not, the skip is recorded with its reason, and the test returns.
+/// A test's need, if it was found. Where it was not, the skip is recorded with its reason, and the test returns.
 ///
 /// # Panics
 /// If it is missing and `AFTERLIGHT_REQUIRED` names it.
@@ -104,7 +104,7 @@ pub fn found<T>(need: Need, result: Result<T, impl Display>) -> Option<T> {
     result.ok()
 }
 
-/// What becomes of a test that lacks something.
+/// Rules for a test that lacks something.
 struct Rules {
     required: Vec<Need>,
     record: Option<PathBuf>,

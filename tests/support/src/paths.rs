@@ -1,4 +1,4 @@
-//! Where a test finds data. Each crate's tests run in that crate's folder, so paths start at the repository's.
+//! Paths of test data. Each crate's tests run in that crate's folder, so paths start at the repository's.
 
 use super::need::{Need, found};
 use std::path::{Path, PathBuf};

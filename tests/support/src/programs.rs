@@ -4,19 +4,19 @@ use super::need::{Need, found, require};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-/// Whether `ffmpeg` and `ffprobe` start; otherwise the test returns.
+/// True if `ffmpeg` and `ffprobe` start; otherwise the test returns.
 pub fn ffmpeg() -> bool {
     let here = starts("ffmpeg", "-version") && starts("ffprobe", "-version");
     require(Need::Ffmpeg, here, "ffmpeg or ffprobe is not installed")
 }
 
-/// Whether `pfspanoramic` starts; otherwise the test returns.
+/// True if `pfspanoramic` starts; otherwise the test returns.
 pub fn pfspanoramic() -> bool {
     let here = starts("pfspanoramic", "--help");
     require(Need::Pfspanoramic, here, "pfstools is not installed")
 }
 
-/// Whether `blender` starts; otherwise the test returns.
+/// True if `blender` starts; otherwise the test returns.
 pub fn blender() -> bool {
     let here = starts("blender", "--version");
     require(Need::Blender, here, "blender is not installed")

@@ -1,4 +1,4 @@
-//! What tests show of hard cases, line by line, for `docs/stability.md`.
+//! Results of tests of hard cases, line by line, for `docs/stability.md`.
 //!
 //! `make test` names a file in `AFTERLIGHT_STABILITY`; each case that a test shows is appended to it, and `make stability`
 //! makes the page of it.
@@ -13,7 +13,7 @@ const RECORD: &str = "AFTERLIGHT_STABILITY";
 /// A section of the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Section {
-    /// What a project's folder says, and what files claim.
+    /// Contents of a project's folder, and claims of files.
     Strangers,
     /// Killed programs, full disks, several programs at once.
     Accidents,
@@ -53,15 +53,15 @@ impl Section {
 #[derive(Clone, Copy, Debug)]
 pub struct Case<'a> {
     pub section: Section,
-    /// What is given, such as "a panorama with NaN texels".
+    /// Input of the case, such as "a panorama with NaN texels".
     pub case: &'a str,
-    /// What could go wrong.
+    /// Possible failure.
     pub danger: &'a str,
-    /// What the program does about it.
+    /// The program's answer to it.
     pub done: &'a str,
-    /// What the test demands, with its unit; "" if it is a statement that holds or does not.
+    /// Requirement of the test, with its unit; "" if it is a statement that holds or does not.
     pub bound: &'a str,
-    /// What the test measured, with its unit; "" as above.
+    /// Measurement of the test, with its unit; "" as above.
     pub measured: &'a str,
 }
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 /// wait for ever, and measures nothing.
 pub const PATIENCE: Duration = Duration::from_secs(600);
 
-/// What `get` gives, as soon as it gives something.
+/// First value that `get` gives, as soon as it gives one.
 ///
 /// # Panics
 /// If it gives nothing within [`PATIENCE`].

@@ -1,4 +1,4 @@
-//! What a fit says that the pictures do not tell.
+//! Doubts stated by a fit where the pictures do not tell.
 
 use super::small_shoot::{SmallShoot, dual, without_bright, without_dark};
 use super::*;

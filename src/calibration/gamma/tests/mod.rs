@@ -12,7 +12,7 @@ fn fitted(settings: &SmallShoot, wanted: Option<Comparison>) -> GammaFit {
     fit(&subject, &probes, wanted, &Progress::silent()).unwrap().fit
 }
 
-/// How far off the exponents are.
+/// Errors of the exponents.
 fn off(fit: &GammaFit, [gamma1, gamma2]: [f32; 2]) -> [f32; 2] {
     let off = [fit.response.gamma1 - gamma1, fit.response.gamma2 - gamma2];
     println!(

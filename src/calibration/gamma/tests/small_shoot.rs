@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 const SIZE: usize = 96;
 
-/// How a small shoot of a spotted ball was made.
+/// Settings of a small shoot of a spotted ball.
 #[derive(Clone, Copy)]
 pub struct SmallShoot {
     pub response: Response,
@@ -18,16 +18,16 @@ pub struct SmallShoot {
     pub turn: f32,
     /// Light that comes from everywhere onto the subject under each lamp, beside that of the lamp.
     pub fill: f32,
-    /// What the darkest spot reflects, relative to the brightest.
+    /// Reflectance of the darkest spot, relative to the brightest.
     pub darkest_spot: f32,
     /// Levels of subject and balls.
     pub subject: f32,
     pub ball: f32,
-    /// Whether a lamp's image on the ball is a disc of one level.
+    /// A lamp's image on the ball is a disc of one level.
     pub flat: bool,
-    /// How bright a warm window is that lights the interview beside the lamps, relative to all of them.
+    /// Brightness of a warm window that lights the interview beside the lamps, relative to all of them.
     pub window: f32,
-    /// What the subject reflects of red, green and blue.
+    /// Reflectance of the subject for red, green and blue.
     pub skin: [f32; 3],
     /// Noise of the sensor beside that of the virtual stage's.
     pub noise: f32,

@@ -1,4 +1,4 @@
-//! What is shown of a fit: other curves, the surface of its cost, the pictures under a response.
+//! Views of a fit: other curves, the surface of its cost, the pictures under a response.
 
 use super::small_shoot::{SmallShoot, dual};
 use super::*;

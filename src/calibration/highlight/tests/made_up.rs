@@ -3,11 +3,11 @@
 use super::scene::Scene;
 use super::*;
 
-/// How many series are made. `SERIES=500 FIRST=7000 cargo test -p afterlight-calibration never_trusted -- --nocapture`
+/// Number of series made. `SERIES=500 FIRST=7000 cargo test -p afterlight-calibration never_trusted -- --nocapture`
 /// makes more, from another seed on.
 const SERIES: u64 = 24;
 
-/// What the lamps of many series were found to be.
+/// Results for the lamps of many series.
 #[derive(Default)]
 struct Tally {
     /// Confidences of the lamps within 2.5° of the truth, and of those beyond 5°.

@@ -54,7 +54,7 @@ impl Draw {
     }
 }
 
-/// What shines: its direction, half its width in radians, and its radiance.
+/// A shining shape: its direction, half its width in radians, and its radiance.
 #[derive(Clone, Copy)]
 enum Shine {
     /// A disc.
@@ -91,7 +91,7 @@ pub(super) struct Scene {
     pub series: Vec<Encoded>,
     /// The circle as somebody found it: not quite right.
     pub ball: Ball,
-    /// Where the lamps are; `None` if a lamp was off.
+    /// Directions of the lamps; `None` if a lamp was off.
     pub lamps: Vec<Option<Vec3>>,
 }
 
@@ -306,7 +306,7 @@ fn blurred(light: &[f64], size: usize) -> Vec<f64> {
     pass(&pass(light, 1, 0), 0, 1)
 }
 
-/// What a JPEG keeps of a picture.
+/// The picture as a JPEG keeps it.
 pub(super) fn through_jpeg(picture: &Image, quality: u8) -> Encoded {
     let bytes: Vec<u8> =
         (picture.pixels.iter().flatten()).map(|v| (v * 255.0).round() as u8).collect();

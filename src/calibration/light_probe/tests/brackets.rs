@@ -12,7 +12,7 @@ fn scene() -> Image {
     })
 }
 
-/// What an 8-bit camera with noise records of light at some exposure.
+/// Record of light by an 8-bit camera with noise at some exposure.
 fn shot(light: &Image, stops: f32, response: &Response, seed: u32) -> Photograph {
     let mut seed = seed.wrapping_mul(2_654_435_761).wrapping_add(1);
     let exposed = light.map(|p| p.map(|v| v * stops.exp2()));

@@ -38,7 +38,7 @@ fn read_pfm(path: &Path) -> Image {
     })
 }
 
-/// What pfspanoramic makes of a picture; `None` if it fails (of some sizes it asks for a pixel beyond the
+/// The picture that pfspanoramic makes of another; `None` if it fails (of some sizes it asks for a pixel beyond the
 /// last one and ends).
 fn pfspanoramic(image: &Image, from: &str, to: &str, width: usize) -> Option<Image> {
     let folder = tempfile::tempdir().unwrap();

@@ -16,7 +16,7 @@ fn decoded(code: [u8; 4]) -> [f32; 3] {
     [code[0], code[1], code[2]].map(|v| f32::from(v) * scale)
 }
 
-/// How a line is written.
+/// Coding of a line.
 #[derive(Clone, Copy)]
 enum Coding {
     Plain,

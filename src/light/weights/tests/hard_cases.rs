@@ -6,12 +6,11 @@ use glam::{DQuat, Quat};
 use std::cell::Cell;
 use test_support::shown;
 
-/// What rounding may do to energy: shares and weights are rounded once, each to 2⁻²⁴ of itself, and all terms have one
-/// sign. The sums are in f64.
+/// Largest change of energy by rounding: shares and weights are rounded once, each to 2⁻²⁴ of itself, and all terms
+/// have one sign. The sums are in f64.
 const ROUNDED_TWICE: f64 = f32::EPSILON as f64 + 1e-12;
 
-/// How far the energy in the weights is from the environment's, relative to it. Weights must be finite and not
-/// negative.
+/// Difference of the energy in the weights from the environment's, relative to it. Weights must be finite and not negative.
 fn energy_lost(weights: &LightWeights, rig: &Rig, environment: &Environment) -> f64 {
     let sound = |w: &f32| w.is_finite() && *w >= 0.0;
     assert!(weights.per_lamp.iter().flatten().all(sound), "{}: {weights:?}", environment.name);

@@ -1,4 +1,4 @@
-//! What holds for every rig, environment and turn.
+//! Rules that hold for every rig, environment and turn.
 
 use super::*;
 use glam::Quat;
@@ -384,7 +384,7 @@ fn a_fit_of_lamps_gives_the_lamps_back() {
     }
 }
 
-/// What lights a backlit face: a thousandth of the light, from in front.
+/// Light on a backlit face: a thousandth of the light, from in front.
 #[test]
 fn a_fit_keeps_dim_light_beside_a_bright_one() {
     let rig = rig(&lattice(41));

@@ -7,7 +7,7 @@ use super::pack;
 use crate::kernels::chunks::vectorized;
 use crate::kernels::shape::Shape;
 
-/// How the channels of the input are divided into steps of a sum.
+/// Division of the input's channels into steps of a sum.
 #[derive(Clone, Copy)]
 pub struct Chunks {
     pub count: usize,
@@ -29,7 +29,7 @@ impl Chunks {
 
 /// Consecutive pixels of a picture's row among a block's sums.
 pub struct Run {
-    /// Which of the block's tiles, and the first column there.
+    /// Number of the block's tile, and the first column there.
     pub tile: usize,
     pub column: usize,
     /// First pixel among the band's.
@@ -55,12 +55,12 @@ pub struct Band {
     pub plane: usize,
 }
 
-/// How bands of a convolution are covered with tiles.
+/// Cover of a convolution's bands with tiles.
 #[derive(Clone, Copy)]
 pub struct Cover {
     pub blocking: Blocking,
     pub stride: usize,
-    /// Whether tiles start at the left of each row, instead of following one another over its end.
+    /// Tiles start at the left of each row, instead of following one another over its end.
     pub by_row: bool,
 }
 

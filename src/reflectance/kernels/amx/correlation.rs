@@ -15,7 +15,7 @@ const STEP: usize = 2 * SIDE;
 /// Sums of four tiles.
 const BLOCK: usize = 4 * TILE;
 
-/// How the work is divided; by the shape alone, as the order of the sums depends on it.
+/// Division of the work; by the shape alone, as the order of the sums depends on it.
 struct Division {
     blocking: Blocking,
     /// Distance between rows of a band. It is even, so that pairs of pixels start with a row.
@@ -176,7 +176,7 @@ impl Band {
     }
 }
 
-/// What a task adds up: for its blocks of input channels and all of output channels, each tap's sums.
+/// Sums of a task: for its blocks of input channels and all of output channels, each tap's sums.
 struct Share<'a> {
     bands: &'a [(usize, usize)],
     /// First block of input channels.

@@ -1,4 +1,4 @@
-//! How sums and factors lie in tiles and in memory.
+//! Layout of sums and factors in tiles and in memory.
 
 use super::Precision;
 
@@ -16,7 +16,7 @@ pub type Blocks = [[f32; SIDE * SIDE]; 4];
 #[repr(C, align(64))]
 pub struct Sums(pub Blocks);
 
-/// Which four blocks of sums are kept, as tiles of the left factor × tiles of the right.
+/// The four blocks of sums that are kept, as tiles of the left factor × tiles of the right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blocking {
     /// 2 × 2, in the order (0, 0), (0, 1), (1, 0), (1, 1).
@@ -38,7 +38,7 @@ impl Blocking {
     }
 }
 
-/// Where the tiles of a factor lie. All distances are in bytes.
+/// Places of a factor's tiles. All distances are in bytes.
 ///
 /// A tile of the left factor has 16 rows of `2 · pairs` bf16, one of the right has `pairs` rows of 16
 /// pairs of bf16.

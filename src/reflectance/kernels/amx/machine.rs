@@ -28,7 +28,7 @@ pub fn available() -> bool {
     *AVAILABLE
 }
 
-/// What `ldtilecfg` reads.
+/// Input of `ldtilecfg`.
 #[repr(C, align(64))]
 struct Configuration {
     palette: u8,

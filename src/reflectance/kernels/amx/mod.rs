@@ -22,7 +22,7 @@ pub use tiles::available;
 /// Inputs and outputs from which tiles are filled well enough: with fewer, vectors are faster.
 pub const MIN_CHANNELS: usize = 16;
 
-/// How f32 factors become factors of bf16.
+/// Conversion of f32 factors to factors of bf16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
     /// Each is rounded to the nearest bf16: 8 bits of precision.

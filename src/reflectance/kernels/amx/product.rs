@@ -92,7 +92,7 @@ fn scatter(tiles: &[[f32; TILE]], row: usize, bias: f32, runs: &[Run], plane: &m
     }
 }
 
-/// How the work is divided. Whatever it is, the sums are the same.
+/// Division of the work. Whatever it is, the sums are the same.
 struct Division {
     /// Rows of a band.
     rows: usize,

@@ -185,7 +185,7 @@ const SHAPES: [(usize, [usize; 2], [usize; 2], usize); 18] = [
     (1, [256, 64], [20, 20], 3),
 ];
 
-/// Whether there are tiles; otherwise the test returns.
+/// True if there are tiles; otherwise the test returns.
 fn amx() -> bool {
     let why = "the processor has no AMX, or the system does not grant it";
     require(Need::Amx, available(), why)

@@ -96,7 +96,7 @@ impl Tiles {
     }
 }
 
-/// Whether this process may use the tile registers.
+/// True if this process may use the tile registers.
 pub fn available() -> bool {
     machine::available()
 }

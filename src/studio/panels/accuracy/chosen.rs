@@ -59,7 +59,7 @@ impl Chosen<'_> {
         }
     }
 
-    /// What the whole interview takes.
+    /// Time for the whole interview.
     fn clip(&self, context: &PanelContext) -> String {
         let frames = context.state.frames;
         format!(
@@ -68,7 +68,7 @@ impl Chosen<'_> {
         )
     }
 
-    /// What was thought before and found, side by side.
+    /// Predicted and measured figures, side by side.
     fn figures_ui(&self, ui: &mut Ui) {
         let measured = self.rung;
         let before = measured.predicted;

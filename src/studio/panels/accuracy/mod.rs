@@ -19,7 +19,7 @@ const PLOT_HEIGHT: std::ops::RangeInclusive<f32> = 220.0..=460.0;
 
 /// Holds what the next measurement is to be, and what is looked for.
 pub struct AccuracyPanel {
-    /// What the next measurement is to be; None before a person has changed it.
+    /// Settings of the next measurement; None before a person has changed them.
     wish: Option<Wish>,
     /// Milliseconds that a frame may take, and decibels that it must reach.
     within_ms: f64,
@@ -28,7 +28,7 @@ pub struct AccuracyPanel {
     chosen: Option<usize>,
 }
 
-/// What a person chooses about a measurement.
+/// A person's choices for a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Wish {
     /// Minutes of training for all networks.
@@ -36,7 +36,7 @@ struct Wish {
     against: Compared,
 }
 
-/// What a measurement compares with.
+/// Reference of a measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Compared {
     /// The shoot's truth where it has one, else the middle pose.
@@ -72,7 +72,7 @@ impl AccuracyPanel {
         });
     }
 
-    /// What is to be measured, and the button that starts it.
+    /// Settings of the next measurement, and the button that starts it.
     fn measure_ui(
         &mut self,
         ui: &mut Ui,
@@ -208,7 +208,7 @@ impl AccuracyPanel {
 }
 
 impl Wish {
-    /// What was chosen for a measurement.
+    /// The choices made for a measurement.
     fn of(ledger: &Ledger) -> Self {
         let against = match ledger.settings.hold_out {
             Some(pose) => Compared::Pose(pose),
@@ -260,7 +260,7 @@ fn best(ledger: &Ledger) -> Option<usize> {
     pick(&ledger.rungs, Pick::Within(f64::INFINITY))
 }
 
-/// Why there is nothing yet.
+/// Message shown if nothing was measured yet.
 fn nothing_ui(ui: &mut Ui) {
     ui.label("Not measured yet.");
     quiet_ui(

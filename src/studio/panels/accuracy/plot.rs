@@ -44,7 +44,7 @@ pub struct Ladder<'a> {
     pub applied: Option<&'a str>,
 }
 
-/// Where a rung is: the logarithms of milliseconds and error.
+/// Position of a rung: the logarithms of milliseconds and error.
 fn place(measured: &Measured) -> [f64; 2] {
     let error = measured.error().max(1e-6);
     [measured.frame.median.max(1e-3).log10(), error.log10()]

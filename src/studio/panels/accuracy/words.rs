@@ -2,7 +2,7 @@
 
 use tradeoff::{Knob, Measured, Pick};
 
-/// What a rung is, for a person: `Working size 64`.
+/// Title of a rung for a person: `Working size 64`.
 pub fn title(measured: &Measured) -> String {
     let rung = &measured.rung;
     let Some(knob) = rung.knob else {

@@ -32,7 +32,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
     }
 }
 
-/// What the files hold, if a configuration decides their colours.
+/// Colours of the files, if a configuration decides them.
 pub fn sentence_ui(ui: &mut Ui, context: &PanelContext, options: &ExportOptions) {
     let Some(sentence) = options.ocio_sentence() else {
         return;
@@ -79,7 +79,7 @@ fn list_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
     (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, &text));
 }
 
-/// What a configuration offers for such files. Returns what was clicked.
+/// Choices that a configuration offers for such files. Returns the clicked one.
 fn offers_ui(
     ui: &mut Ui,
     context: &PanelContext,
@@ -131,7 +131,7 @@ fn is_working(names: &ConfigNames, space: &SpaceName) -> bool {
     roles.any(|role| role.role == WORKING && role.space == space.name)
 }
 
-/// Whether a file in linear light can hold it; a space, as long as it is not known.
+/// True if a file in linear light can hold it; also true for a space, as long as it is not known.
 fn is_light(choice: &ColorChoice, names: Option<&ConfigNames>) -> bool {
     match (&choice.space, names) {
         (None, _) => !choice.is_view(),

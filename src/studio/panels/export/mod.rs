@@ -1,4 +1,4 @@
-//! What to export: frames, format, size, background, layers and file name; and the export queue.
+//! Export options: frames, format, size, background, layers and file name; and the export queue.
 
 mod colors;
 mod format;
@@ -74,7 +74,7 @@ impl ExportPanel {
         self.newest = queue::ui(ui, context, out);
     }
 
-    /// What to export.
+    /// Options of the export.
     fn options_ui(
         &mut self,
         ui: &mut Ui,
@@ -172,7 +172,7 @@ fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.end_row();
 }
 
-/// What the rung in use costs for this clip, if it was measured.
+/// Cost of the rung in use for this clip, if it was measured.
 fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &ExportOptions) {
     let Some(rung) = context.accuracy.measured().and_then(|ledger| ledger.in_use()) else {
         return;

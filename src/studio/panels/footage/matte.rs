@@ -27,7 +27,7 @@ pub fn tools_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     });
 }
 
-/// Why strokes have no effect on what is shown; None if they have.
+/// Reason for strokes to have no effect on the shown picture; None if they have one.
 pub fn refusal(context: &PanelContext, project: &Project, frame: usize) -> Option<String> {
     if !strokes::is_own_matte(project, frame) {
         return Some(
@@ -130,7 +130,7 @@ fn found_ui(ui: &mut Ui, context: &PanelContext, frame: usize) {
     }
 }
 
-/// Which frames have strokes.
+/// Frames that have strokes.
 fn strokes_ui(ui: &mut Ui, context: &PanelContext, frame: usize, out: &mut Vec<Command>) {
     let Some(Ok(strokes)) = context.matte.strokes() else {
         return;

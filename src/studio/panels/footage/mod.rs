@@ -29,7 +29,7 @@ const STRIP: f32 = 70.0;
 #[derive(Default)]
 pub struct FootagePanel {
     draft: Option<Framing>,
-    /// Whether the person is asked to confirm it, since calibration and network have to be made again.
+    /// The person is asked to confirm it, since calibration and network have to be made again.
     asking: bool,
     square: Square,
     brush: Brush,
@@ -252,7 +252,7 @@ fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     });
 }
 
-/// Which picture is shown, and how its matte is.
+/// Choice of the shown picture, and of the view of its matte.
 fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
     let view = context.state.footage;
     let mut choice = |ui: &mut Ui, name: &str, wanted: FootageView| {

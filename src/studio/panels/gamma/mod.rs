@@ -176,7 +176,7 @@ impl GammaPanel {
     }
 }
 
-/// Which exemplar is relit, and which kind of curve is tried.
+/// Choice of the relit exemplar, and of the kind of curve to try.
 fn choices_ui(
     ui: &mut Ui,
     context: &PanelContext,

@@ -26,17 +26,17 @@ const MORE: f32 = 24.0;
 pub struct Renaming {
     of: LookId,
     typed: String,
-    /// Whether the field was shown already.
+    /// The field was shown already.
     begun: bool,
 }
 
-/// What a row shows besides a picture.
+/// Texts of a row, shown besides a picture.
 struct RowText<'a> {
-    /// What it is called where labels are read aloud.
+    /// Its name, as labels are read aloud.
     called: &'a str,
     name: &'a str,
     below: &'a str,
-    /// Whether the current look is this.
+    /// The current look is this one.
     chosen: bool,
 }
 
@@ -122,7 +122,7 @@ impl LooksPanel {
         });
     }
 
-    /// What can be done with a look.
+    /// Menu of the actions on a look.
     fn menu_ui(
         &mut self,
         ui: &mut Ui,

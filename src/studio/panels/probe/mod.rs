@@ -193,7 +193,7 @@ fn marks(study: &ProbeView, chosen: Option<usize>) -> Vec<Mark> {
     study.lamps.iter().enumerate().map(mark).collect()
 }
 
-/// Which photograph is shown.
+/// Choice of the shown photograph.
 fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let name = |lamp: Option<usize>| {

@@ -19,7 +19,7 @@ const LOUPE_ZOOM: f32 = 6.0;
 /// Beyond this many, clipped pixels are not marked.
 const MOST_MARKED: usize = 4000;
 
-/// What a drag moves.
+/// Target of a drag.
 #[derive(Clone, Copy, PartialEq)]
 enum DragTarget {
     Center,
@@ -28,13 +28,13 @@ enum DragTarget {
     Picture,
 }
 
-/// What is remembered from frame to frame.
+/// State kept from frame to frame.
 #[derive(Default)]
 pub struct Photograph {
     dragged: Option<DragTarget>,
     /// Points of the rim clicked so far, in pixels; `None` while clicks choose lamps.
     pub points: Option<Vec<[f64; 2]>>,
-    /// Why no circle goes through the clicked points.
+    /// Reason for finding no circle through the clicked points.
     pub refused: Option<String>,
     /// The angle in radians at which the rim is magnified.
     looked_at: f32,
@@ -259,7 +259,7 @@ impl Photograph {
     }
 }
 
-/// What a drag that starts at `at` moves.
+/// Target of a drag that starts at `at`.
 fn grip(placement: Placement, circle: Circle, at: Pos2) -> DragTarget {
     let from_center = at - placement.point(circle.center_px);
     if (from_center.length() - placement.length(circle.radius_px)).abs() <= REACH {

@@ -125,7 +125,7 @@ impl ProjectPanel {
     }
 }
 
-/// Whether the page is the one that a window opens with: no project, no plan for one, and no job that makes one.
+/// True if the page is the one that a window opens with: no project, no plan for one, and no job that makes one.
 fn is_start(context: &PanelContext) -> bool {
     context.project.is_none() && context.wizard.plan().is_none() && context.status.job.is_none()
 }

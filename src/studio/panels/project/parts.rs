@@ -47,11 +47,11 @@ pub fn parts_ui(
     });
 }
 
-/// How long after a drop the pointer's next move is taken for where it was dropped.
+/// Time in seconds after a drop in which the pointer's next move is taken for the place of the drop.
 const LANDING_S: f64 = 1.0;
 
-/// What was dropped just now is what the row is that the pointer is over next: while files are dragged, window systems do not
-/// say where the pointer is.
+/// Lands files dropped just now in the row that the pointer is over next: while files are dragged, window systems do not
+/// report the pointer's position.
 fn land(ui: &Ui, plan: &Plan, changed: &mut Plan, rows: &[(Slot, Rect)]) {
     if plan.parts.iter().all(|part| part.landed_s.is_none()) {
         return;
@@ -115,7 +115,7 @@ fn kind_ui(
     });
 }
 
-/// What was brought and is not known to be anything yet.
+/// Files that were brought and are not known to be anything yet.
 fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
     let mut any = false;
     for one in context.wizard.brought().filter(|one| one.slot().is_none()) {

@@ -95,7 +95,7 @@ fn path_ui(ui: &mut Ui, name: Id, path: &mut String, hint: &str, choose: &str) -
     button.clicked()
 }
 
-/// What the folder contains, one line for each part.
+/// Contents of the folder, one line for each part.
 fn found_ui(ui: &mut Ui, scan: &Scan) {
     egui::Frame::new().fill(theme::WELL).corner_radius(4).inner_margin(1.5 * GAP).show(ui, |ui| {
         ui.set_width(ui.available_width());

@@ -105,7 +105,7 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
     ui.label(RichText::new(sentence).color(theme::QUIET));
 }
 
-/// Why there are no figures, and the button that makes them.
+/// Reason for the missing figures, and the button that makes them.
 fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut Vec<Command>) {
     if let Phase::Blocked(blocked) = &context.status.phase {
         ui.label("Nothing to measure yet.");

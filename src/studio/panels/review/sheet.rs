@@ -102,7 +102,7 @@ impl LampSheetPanel {
     }
 }
 
-/// What the sheet shows, and the button that returns to the environment.
+/// Title of the sheet, and the button that returns to the environment.
 fn title_ui(
     ui: &mut Ui,
     sheet: &LampSheet,

@@ -1,4 +1,4 @@
-//! What was measured, as a strip of thumbnails: the worst comes first.
+//! Measured cases as a strip of thumbnails: the worst comes first.
 
 use crate::command::{Command, ProjectCommand, ReviewCommand};
 use crate::footage_reader::Thumbnail;

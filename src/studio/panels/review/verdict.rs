@@ -1,4 +1,4 @@
-//! How verdicts look: a colour, a word and the key beside it.
+//! Appearance of verdicts: a colour, a word and the key beside it.
 
 use crate::panels::job::capitalized;
 use crate::theme;

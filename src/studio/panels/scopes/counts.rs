@@ -1,11 +1,11 @@
-//! What the scopes count: codes of the picture or of a region.
+//! Counts of the scopes: codes of the picture or of a region.
 
 use crate::region::Region;
 use crate::theme;
 use egui::{Color32, ColorImage};
 use imaging::color::luminance;
 
-/// How far from the middle the vectorscope reaches, in units of Cb and Cr: 75 % bars are inside.
+/// Reach of the vectorscope from the middle, in units of Cb and Cr: 75 % bars are inside.
 pub const REACH: f32 = 0.5;
 /// The angle of skin in the vectorscope, from +Cb towards +Cr: the I axis of NTSC.
 pub const SKIN_DEG: f32 = 123.0;
@@ -55,20 +55,20 @@ impl<'a> Codes<'a> {
         })
     }
 
-    /// Where each column is among fewer.
+    /// Index of each column among fewer.
     fn columns(&self, among: usize) -> Vec<usize> {
         let [width, _] = self.of.size();
         (0..width).map(|x| x * among / width.max(1)).collect()
     }
 
-    /// How many pixels stand for one that is counted.
+    /// Number of pixels that one counted pixel stands for.
     pub fn share(&self) -> f32 {
         let [_, rows] = self.of.size();
         rows as f32 / rows.div_ceil(self.step).max(1) as f32
     }
 }
 
-/// How many pixels are at the end of the range, black (0) or white (255), in each channel. `share` is what each stands for.
+/// Number of pixels at the end of the range, black (0) or white (255), in each channel. Each stands for `share` pixels.
 pub fn clipped(histogram: &Histogram, code: usize, share: f32) -> String {
     let [r, g, b] = histogram.map(|counts| (counts[code] as f32 * share).round());
     let end = if code == 0 { "black" } else { "white" };
@@ -76,7 +76,7 @@ pub fn clipped(histogram: &Histogram, code: usize, share: f32) -> String {
     format!("Clipped {end}: {about}R {r}, G {g}, B {b} pixels")
 }
 
-/// How often each code occurs.
+/// Count of each code.
 pub fn histogram(codes: &Codes) -> Histogram {
     let mut counts = [[0; 256]; 3];
     for pixel in codes.rows().flatten() {
@@ -97,7 +97,7 @@ fn row(level: f32, rows: usize) -> usize {
     (((1.0 - level) * (rows - 1) as f32 + 0.5) as usize).min(rows - 1)
 }
 
-/// How bright a count is drawn, from 0 to 1: rare ones stay visible.
+/// Brightness of a drawn count, from 0 to 1: rare ones stay visible.
 fn shade(count: u32, most: u32) -> f32 {
     match count {
         0 => 0.0,
@@ -109,7 +109,7 @@ fn most(counts: &[u32]) -> u32 {
     counts.iter().copied().max().unwrap_or(0)
 }
 
-/// How often each level of luma occurs in each column of the picture; bright means often.
+/// Count of each level of luma in each column of the picture; bright means often.
 pub fn waveform(codes: &Codes, size: [usize; 2]) -> ColorImage {
     let [columns, rows] = size;
     let mut counts = vec![0u32; columns * rows];
@@ -162,7 +162,7 @@ pub fn chroma([r, g, b]: [f32; 3]) -> [f32; 2] {
     [(b - luma) / 1.8556, (r - luma) / 1.5748]
 }
 
-/// How often each chroma occurs: Cb to the right, Cr up.
+/// Count of each chroma: Cb to the right, Cr up.
 pub fn vectorscope(codes: &Codes, side: usize) -> ColorImage {
     let mut counts = vec![0u32; side * side];
     let [red, green, blue] = [0, 1, 2].map(|channel| {

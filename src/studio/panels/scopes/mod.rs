@@ -30,7 +30,7 @@ use worker::PreviewPicture;
 const WAVEFORM: [[usize; 2]; 2] = [[192, 96], [512, 256]];
 const VECTORS: [usize; 2] = [128, 256];
 
-/// What is drawn of the picture's codes besides the histogram.
+/// Drawing of the picture's codes besides the histogram.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 enum Scope {
     #[default]
@@ -51,14 +51,14 @@ impl Scope {
     ];
 }
 
-/// What can fill the pane.
+/// A drawing that can fill the pane.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Large {
     Histogram,
     Scope,
 }
 
-/// How levels are written beside the waveform.
+/// Unit of the levels beside the waveform.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 enum Scale {
     #[default]
@@ -81,15 +81,15 @@ impl Scale {
 pub struct ScopesPanel {
     scope: Scope,
     scale: Scale,
-    /// What fills the pane.
+    /// The drawing that fills the pane.
     large: Option<Large>,
-    /// What is counted where both of two pictures are seen.
+    /// The counted picture if both of two are seen.
     side: Side,
     found: Option<Found>,
     means: RegionReadings,
 }
 
-/// What is counted, and how it is drawn.
+/// The counted codes, and the drawing of them.
 #[derive(Clone, Copy, PartialEq)]
 struct Counted {
     scope: Scope,
@@ -103,7 +103,7 @@ struct Found {
     counted: Counted,
     /// Every how many rows were counted.
     step: usize,
-    /// How many pixels stand for one that was counted.
+    /// Number of pixels that one counted pixel stands for.
     share: f32,
     histogram: Histogram,
     texture: TextureHandle,
@@ -156,7 +156,7 @@ impl ScopesPanel {
         pixel_ui(ui, context, (relit, is_relit), out);
     }
 
-    /// Which picture is counted, where there are two; of both that are seen a person chooses.
+    /// Choice of the counted picture, if there are two; of both that are seen a person chooses.
     fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, relit: &PreviewPicture, seen: Seen) {
         let says = |ui: &mut Ui, name: &str| {
             let text = RichText::new(format!("Counted: {name}")).size(12.0);
@@ -285,7 +285,7 @@ fn room(ui: &Ui) -> f32 {
     ui.clip_rect().bottom() - ui.cursor().top() - 2.0 * GAP
 }
 
-/// What is drawn above a scope, and the button that has it fill the pane, or shows all again.
+/// Heading above a scope, and the button that has it fill the pane, or shows all again.
 fn heading_ui(ui: &mut Ui, large: &mut Option<Large>, this: Large, beside: impl FnOnce(&mut Ui)) {
     ui.horizontal(|ui| {
         beside(ui);

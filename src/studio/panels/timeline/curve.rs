@@ -24,7 +24,7 @@ const GRID: f32 = 26.0;
 /// A drag by fewer points up or down leaves the value as it is.
 const STILL: f32 = 4.0;
 
-/// Where frames and values are.
+/// Positions of frames and values.
 #[derive(Clone, Copy)]
 struct Plot {
     track: Track,

@@ -1,4 +1,4 @@
-//! What is being dragged on the timeline.
+//! A drag on the timeline.
 
 use super::TimelinePanel;
 use crate::key_selection::KeySelection;
@@ -23,7 +23,7 @@ pub enum Side {
 impl Side {
     pub const BOTH: [Self; 2] = [Self::In, Self::Out];
 
-    /// What it is called.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::In => "in",
@@ -31,7 +31,7 @@ impl Side {
         }
     }
 
-    /// Which way it lies along the frames.
+    /// Its direction along the frames.
     pub fn sign(self) -> f32 {
         match self {
             Self::In => -1.0,
@@ -47,7 +47,7 @@ impl Side {
         }
     }
 
-    /// Whether tangents shape the curve on this side of a key.
+    /// True if tangents shape the curve on this side of a key.
     pub fn is_shaped(self, keys: &Keyframes, index: usize) -> bool {
         (self.governor(keys, index)).is_some_and(|governor| keys.kind(governor).is_cubic())
     }

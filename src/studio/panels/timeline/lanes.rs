@@ -348,7 +348,7 @@ impl TimelinePanel {
         }
     }
 
-    /// What stands where there is no lane yet.
+    /// Text shown without a lane.
     pub(super) fn empty_ui(ui: &Ui, rect: Rect) {
         let text = "Nothing is animated. Click the diamond beside a setting to set its first key.";
         let font = egui::FontId::proportional(12.0);

@@ -48,9 +48,9 @@ pub struct TimelinePanel {
     values: [f64; 2],
     /// A key has the focus.
     has_focus: bool,
-    /// Why something could not be done, until the next press.
+    /// Reason for a refusal, shown until the next press.
     note: Option<String>,
-    /// Where the clipboard's keys go, once the system has said what they are.
+    /// Target of the clipboard's keys, used once the system has said what they are.
     awaited: Option<Onto>,
     /// The frames in sight; None for all.
     sight: Option<Sight>,
@@ -116,12 +116,12 @@ impl TimelinePanel {
         }
     }
 
-    /// Whether the pointer is over it.
+    /// True if the pointer is over it.
     pub fn is_hovered(&self) -> bool {
         self.is_hovered
     }
 
-    /// What a key does. Returns a command that is left to apply.
+    /// Action of a key, applied. Returns a command that is left to apply.
     pub fn apply(&mut self, command: TimelineCommand, state: &State) -> Option<Command> {
         let animation = &state.look.animation;
         match command {

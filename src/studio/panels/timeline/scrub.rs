@@ -11,7 +11,7 @@ use egui::{
 
 /// Width of an in or out handle in points.
 pub const HANDLE: f32 = 12.0;
-/// What is between the ruler and the bottom: the bar, and the line of what is cached.
+/// Heights between the ruler and the bottom: the bar, and the line of cached frames.
 const BAR: f32 = 16.0;
 const CACHE: f32 = 2.0;
 /// Height of the mark that says which part of the clip is in sight.
@@ -94,7 +94,7 @@ pub fn scrub_ui(
     }
 }
 
-/// Where the frames are as lines, one for each run of them.
+/// Positions of the frames as lines, one for each run of them.
 fn lines(track: &Track, frames: impl Iterator<Item = usize>) -> Vec<Rangef> {
     let mut frames: Vec<usize> = frames.collect();
     frames.sort_unstable();

@@ -1,4 +1,4 @@
-//! Where frames are along the timeline, and the ruler that says so.
+//! Positions of frames along the timeline, and the ruler that shows them.
 
 use crate::theme;
 use egui::{Align2, Color32, FontId, Painter, Rangef, Rect, Stroke};
@@ -21,7 +21,7 @@ pub struct Track {
     pub across: Rangef,
     /// Frames of the clip.
     pub frames: usize,
-    /// What is in sight.
+    /// The part in sight.
     sight: Sight,
 }
 
@@ -43,7 +43,7 @@ impl Sight {
     }
 }
 
-/// How many frames lie between two marks at least `room` points apart, `cell` points a frame: 1, 2 or 5 times a power of ten.
+/// Number of frames between two marks at least `room` points apart, `cell` points a frame: 1, 2 or 5 times a power of ten.
 fn step(room: f32, cell: f32) -> usize {
     let mut decade = 1usize;
     loop {
@@ -64,12 +64,12 @@ impl Track {
         Self { across, frames, sight: sight.and_then(|sight| sight.within(frames)).unwrap_or(all) }
     }
 
-    /// What is in sight; None if it is all of the clip.
+    /// The part in sight; None if it is all of the clip.
     pub fn sight(&self) -> Option<Sight> {
         self.sight.within(self.frames)
     }
 
-    /// What is in sight when it is magnified by so much about a place, which keeps its frame.
+    /// The part in sight after a magnification by so much about a place, which keeps its frame.
     pub fn zoomed(&self, factor: f32, x: f32) -> Option<Sight> {
         let all = self.frames as f64;
         let frames = self.sight.frames / f64::from(factor.max(f32::MIN_POSITIVE));
@@ -79,14 +79,14 @@ impl Track {
         Sight { from, frames }.within(self.frames)
     }
 
-    /// What is in sight when it is moved by points to the right.
+    /// The part in sight after a move by points to the right.
     pub fn panned(&self, points: f32) -> Option<Sight> {
         let frames = f64::from(points) / f64::from(self.cell().max(f32::MIN_POSITIVE));
         let from = self.sight.from - frames;
         Sight { from, ..self.sight }.within(self.frames)
     }
 
-    /// What is in sight when a frame has to be: the frames after it come with it.
+    /// The part in sight that includes a frame: the frames after it come with it.
     pub fn showing(&self, frame: usize) -> Option<Sight> {
         let Sight { from, frames } = self.sight;
         let at = frame as f64;
@@ -105,7 +105,7 @@ impl Track {
         ((from as usize).min(last), last)
     }
 
-    /// Whether a place is in sight.
+    /// True if a place is in sight.
     pub fn has(&self, x: f32) -> bool {
         self.across.expand(0.5).contains(x)
     }
@@ -115,7 +115,7 @@ impl Track {
         (f64::from(self.across.span()) / self.sight.frames.max(1.0)) as f32
     }
 
-    /// How far along a place is: 0 at the left end, 1 at the right one.
+    /// Share of the way along at a place: 0 at the left end, 1 at the right one.
     fn share(&self, x: f32) -> f64 {
         f64::from((x - self.across.min) / self.across.span().max(1.0))
     }
@@ -126,13 +126,13 @@ impl Track {
         self.across.min + (share * f64::from(self.across.span())) as f32
     }
 
-    /// What a frame covers.
+    /// Span that a frame covers.
     pub fn span(&self, frame: usize) -> Rangef {
         let frame = frame as f64;
         Rangef::new(self.left(frame), self.left(frame + 1.0))
     }
 
-    /// What of a run of frames is in sight; None if nothing is.
+    /// The part of a run of frames that is in sight; None if nothing is.
     pub fn run(&self, first: usize, last: usize) -> Option<Rangef> {
         let (left, right) = (self.span(first).min, self.span(last).max);
         let run = Rangef::new(left.max(self.across.min), right.min(self.across.max));
@@ -157,7 +157,7 @@ impl Track {
         frame.clamp(first, last)
     }
 
-    /// How many frames lie before the border of two frames that is nearest to a place.
+    /// Number of frames before the border of two frames that is nearest to a place.
     pub fn cut_at(&self, x: f32) -> usize {
         let cut = (self.sight.from + self.share(x) * self.sight.frames).round();
         (cut.max(0.0) as usize).min(self.frames)

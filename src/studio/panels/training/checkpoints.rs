@@ -42,7 +42,7 @@ pub fn short(kept: &SavedCheckpoint) -> String {
     }
 }
 
-/// Why a checkpoint is kept, its folder and its size.
+/// Reason for keeping a checkpoint, its folder and its size.
 pub fn details(kept: &SavedCheckpoint) -> String {
     let why = if kept.aside { "Set aside" } else { "Saved by training" };
     format!("{why}: {}, {:.1} MB", kept.name, kept.bytes as f64 / 1e6)

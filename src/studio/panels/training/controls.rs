@@ -151,7 +151,7 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
 /// The buttons that start a run, and pause and stop it while it runs.
 #[derive(Default)]
 pub struct Buttons {
-    /// Whether the person is asked to confirm starting over.
+    /// The person is asked to confirm starting over.
     confirming: bool,
 }
 

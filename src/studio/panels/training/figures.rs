@@ -28,7 +28,7 @@ pub fn figures_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
 /// Name, value and explanation.
 type Figure = (&'static str, String, &'static str);
 
-/// How many figures come first; those behind are the optimiser's, and folded.
+/// Number of figures that come first; those behind are the optimiser's, and folded.
 const PLAIN: usize = 5;
 
 fn grid_ui(ui: &mut Ui, name: &str, figures: &[Figure]) {
@@ -101,7 +101,7 @@ fn rows(context: &PanelContext) -> [Figure; 11] {
     ]
 }
 
-/// What is wrong with the run.
+/// Problems of the run.
 fn warnings(point: &TrainingPoint, project: &Project) -> Vec<String> {
     let mut warnings = Vec::new();
     if !point.dead_lamps.is_empty() {

@@ -124,12 +124,12 @@ impl TrainingPanel {
     }
 }
 
-/// Whether nothing was trained yet: then the notice has the start button.
+/// True if nothing was trained yet: then the notice has the start button.
 fn is_empty(context: &PanelContext) -> bool {
     context.training.is_empty() && context.status.job.is_none()
 }
 
-/// What is shown in place of the curves.
+/// Content shown in place of the curves.
 fn instead_ui(
     ui: &mut Ui,
     context: &PanelContext,

@@ -1,4 +1,4 @@
-//! What a training will take and show, before it runs.
+//! Cost and pictures of a training, before it runs.
 
 use super::controls::duration;
 use crate::panel_context::PanelContext;
@@ -34,7 +34,7 @@ pub fn preview_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     ui.add_space(GAP);
 }
 
-/// What is known of a run: its data, time, steps, memory and disk, and what is shown meanwhile.
+/// Known facts of a run: its data, time, steps, memory and disk, and the view shown meanwhile.
 fn sentences(
     project: &Project,
     choice: &TrainChoice,

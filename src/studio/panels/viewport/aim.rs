@@ -16,7 +16,7 @@ const DOT: f32 = 6.0;
 /// Points from where a light falls within which a press takes that light, in place of another.
 const NEAR: f32 = 24.0;
 
-/// Whether a drag of the picture aims a light: with Ctrl it turns the environment.
+/// True if a drag of the picture aims a light: with Ctrl it turns the environment.
 pub fn takes(ui: &Ui, response: &Response) -> bool {
     response.dragged_by(PointerButton::Primary) && !ui.input(|i| i.modifiers.command)
 }
@@ -128,7 +128,7 @@ pub fn handles_ui(
     }
 }
 
-/// Where a light placed by hand falls on the picture in `place`. Light from behind falls on nothing that is seen.
+/// Point of a hand-placed light on the picture in `place`. Light from behind falls on nothing that is seen.
 fn falls_at(
     light: usize,
     (relit, place): (&PreviewPicture, Rect),
@@ -157,7 +157,7 @@ fn nearest(at: Pos2, picture: (&PreviewPicture, Rect), context: &PanelContext) -
     Some(near.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
 }
 
-/// Whether a pixel of the picture belongs to the subject.
+/// True if a pixel of the picture belongs to the subject.
 fn is_subject(relit: &PreviewPicture, pixel: [usize; 2]) -> bool {
     let mask = &relit.predicted.frame.mask;
     let working = relit.predicted.working_pixel(pixel);

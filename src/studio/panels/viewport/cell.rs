@@ -29,7 +29,7 @@ pub struct CellUi {
 
 struct CellTextures {
     of: Arc<CellPictures>,
-    /// What the difference is multiplied by.
+    /// Factor of the difference.
     gain: f32,
     /// In the order of [`CellPicture::ALL`].
     textures: [TextureHandle; 3],
@@ -144,7 +144,7 @@ impl OnePicture<'_> {
     }
 }
 
-/// What is shown, how near it is, and the way back.
+/// Name of the shown cell, its error figures, and the way back.
 fn bar_ui(
     ui: &mut Ui,
     rect: Rect,

@@ -1,4 +1,4 @@
-//! Where errors are expected, in red over the picture.
+//! Expected errors, in red over the picture.
 
 use crate::panel_context::PanelContext;
 use crate::theme;
@@ -11,7 +11,7 @@ use worker::{PredictedFrame, PreviewPicture};
 /// Opacity where most is expected.
 const MOST_OPAQUE: f32 = 0.75;
 
-/// What is drawn over one frame.
+/// Overlay of one frame.
 #[derive(Default)]
 pub struct Doubts {
     made: Option<Made>,
@@ -24,7 +24,7 @@ struct Made {
     words: String,
 }
 
-/// What is drawn of a frame: values of cells, which of them is clear and which is opaque, and what they are.
+/// Overlay values of a frame: one per cell, the clear and the opaque one, and their meaning in words.
 struct Values<'a> {
     cells: &'a [f32],
     clear: f32,
@@ -73,13 +73,13 @@ impl Doubts {
     }
 }
 
-/// What is known of a frame, or of the one before it that was looked at.
+/// Known trust in a frame, or in the one before it that was looked at.
 fn shown(report: &ConfidenceReport, frame: usize) -> Option<&FrameConfidence> {
     let all = report.frames.iter();
     all.rev().find(|known| (known.frame..known.frame + report.every.max(1)).contains(&frame))
 }
 
-/// Where the square that the network sees is, of a picture in `place`.
+/// Square that the network sees, of a picture in `place`.
 fn square(place: Rect, relit: &PreviewPicture, context: &PanelContext) -> Rect {
     let (Some(_), Some(project)) = (&relit.predicted.plate, context.project) else {
         return place;
@@ -125,7 +125,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// How opaque the colour is over a value.
+    /// Opacity of the colour over a value.
     fn opacity(&self, value: f32) -> f32 {
         let share = (value - self.clear) / (self.opaque - self.clear).max(f32::MIN_POSITIVE);
         MOST_OPAQUE * share.clamp(0.0, 1.0)

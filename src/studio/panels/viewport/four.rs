@@ -151,7 +151,7 @@ impl FourUi {
     }
 }
 
-/// Where one of the four places is.
+/// Rectangle of one of the four places.
 fn part(rect: Rect, place: usize) -> Rect {
     let (column, row) = (place % 2, place / 2);
     let part = 0.5 * rect.size();
@@ -206,7 +206,7 @@ fn menu_ui(
     });
 }
 
-/// What is shown, what is `read` of it, and the way back.
+/// Name of the view, the values `read` from it, and the way back.
 fn bar_ui(
     ui: &mut Ui,
     rect: Rect,

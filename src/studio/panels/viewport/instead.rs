@@ -12,7 +12,7 @@ use worker::{Blocked, Need};
 /// Said beside the pane of a training.
 const LATER: &str = "The picture appears when the job ends";
 
-/// What is shown in place of the picture.
+/// Content shown in place of the picture.
 pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let status = context.status;
     if let Some(refusal) = &status.refusal {
@@ -47,7 +47,7 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
 }
 
-/// What the project needs before it can be relit.
+/// Needs of the project before it can be relit.
 fn blocked_ui(ui: &mut Ui, blocked: &Blocked, out: &mut Vec<Command>) {
     heading_ui(
         ui,
@@ -63,7 +63,7 @@ fn blocked_ui(ui: &mut Ui, blocked: &Blocked, out: &mut Vec<Command>) {
     missing::provide_ui(ui, blocked.need, out);
 }
 
-/// What the picture's environment needs, or that the picture is being made.
+/// Needs of the picture's environment, or a note that the picture is being made.
 fn environment_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     match context.environment().map(|entry| &entry.panorama) {
         None => {

@@ -56,9 +56,9 @@ pub struct ViewportPanel {
     doubts: Doubts,
     cell: CellUi,
     four: FourUi,
-    /// Whether the second of two pictures was under the cursor last.
+    /// The second of two pictures was under the cursor last.
     second: bool,
-    /// Where the drag began that draws a region.
+    /// Start of the drag that draws a region.
     drawing: Option<Pos2>,
     means: readout::RegionReadings,
 }
@@ -74,14 +74,14 @@ impl ViewportTextures {
         vec2(self.relit.width as f32, self.relit.height as f32)
     }
 
-    /// Where the picture is, if it is wiped with another, which may be on its way.
+    /// Rectangle of the picture, if it is wiped with another, which may be on its way.
     fn wiped(&self, rect: Rect, context: &PanelContext) -> Option<Rect> {
         let compare = &context.state.compare;
         let is_wiped = compare.on && compare.mode == CompareMode::Wipe;
         is_wiped.then(|| placed(rect, self.size(), context).0)
     }
 
-    /// Whether the two pictures are side by side.
+    /// True if the two pictures are side by side.
     fn has_sides(&self, context: &PanelContext) -> bool {
         let compare = &context.state.compare;
         compare.on && compare.mode == CompareMode::Side && self.second.is_some()
@@ -532,7 +532,7 @@ fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
     }
 }
 
-/// Why one of the pictures that are compared is not there.
+/// Reason for the absence of one of the compared pictures.
 fn missing(context: &PanelContext) -> Option<String> {
     let state = context.state;
     (state.compare).missing(state, context.looks, context.environments)

@@ -5,7 +5,7 @@ use eframe::egui_wgpu::RenderState;
 use eframe::wgpu::FilterMode;
 use egui::{TextureHandle, TextureId};
 
-/// Where the texture of a picture comes from.
+/// Source of a picture's texture.
 pub enum ShownTexture {
     InMemory(TextureHandle),
     /// And a texture for pictures in memory, to be used again.

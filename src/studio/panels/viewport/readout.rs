@@ -19,7 +19,7 @@ use scene::Inspection;
 use std::sync::Arc;
 use worker::{PreviewPicture, SrgbPicture};
 
-/// How a region is drawn and left.
+/// Keys that draw a region and leave it.
 pub const REGION_HINT: &str = "Ctrl+Shift+drag over the picture reads the mean of a region; Esc or Ctrl+Shift+click ends that";
 
 /// Height of a line of the strip in points, and width of its buttons.
@@ -29,7 +29,7 @@ const BUTTONS: f32 = 150.0;
 /// The strip's height in points: what is shown, and below what is read of it.
 pub const HEIGHT: f32 = 2.0 * LINE + 7.0;
 
-/// What a pixel of one of the two pictures is, or the mean of several.
+/// Values of a pixel of one of the two pictures, or the mean of several.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
     /// The picture's name.
@@ -38,7 +38,7 @@ pub struct Reading {
     pub codes: [f32; 3],
     /// Its scene-linear light, where that is known.
     pub linear: Option<[f32; 3]>,
-    /// Whether it is a mean.
+    /// The values are a mean.
     pub is_mean: bool,
 }
 
@@ -59,7 +59,7 @@ impl Reading {
     }
 }
 
-/// Whether the picture changes from frame to frame of the window: it plays, or something is dragged.
+/// True if the picture changes from frame to frame of the window: it plays, or something is dragged.
 pub fn moves(ui: &Ui, context: &PanelContext) -> bool {
     context.state.playing || ui.input(|i| i.pointer.any_down())
 }
@@ -162,7 +162,7 @@ pub fn readings(
     first.into_iter().chain(second).collect()
 }
 
-/// How much is said of what is read.
+/// Amount of detail in the text of a reading.
 #[derive(Clone, Copy, PartialEq)]
 enum Detail {
     All,
@@ -325,7 +325,7 @@ fn buttons_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Com
     });
 }
 
-/// What false colours mean, in a corner of the picture.
+/// Legend of false colours, in a corner of the picture.
 pub fn legend_ui(ui: &Ui, rect: Rect) {
     const ROW: f32 = 17.0;
     let clipped = (Some(CLIPPED), "clipped: white or brighter");

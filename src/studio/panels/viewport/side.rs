@@ -1,4 +1,4 @@
-//! Which of the two pictures that are compared is seen, what it is called, and its codes.
+//! The side that is seen of two compared pictures, its name, and its codes.
 
 use super::toolbar;
 use crate::comparison::CompareMode;
@@ -14,7 +14,7 @@ pub enum Side {
     Second,
 }
 
-/// What is seen of them.
+/// The visible part of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seen {
     /// The picture, which is compared with nothing.
@@ -26,13 +26,13 @@ pub enum Seen {
     Difference,
 }
 
-/// Whether a person holds Shift to see what the picture is compared with.
+/// True if a person holds Shift to see the picture's counterpart.
 pub fn peeks(ui: &Ui) -> bool {
     ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down())
 }
 
 impl Seen {
-    /// What of the newest picture is seen now.
+    /// The visible part of the newest picture now.
     pub fn now(ui: &Ui, context: &PanelContext, relit: &PreviewPicture) -> Self {
         let compare = &context.state.compare;
         if !compare.on || context.state.four.on || relit.second.is_none() {
@@ -54,7 +54,7 @@ impl Seen {
 }
 
 impl Side {
-    /// What the picture on this side is called.
+    /// Name of the picture on this side.
     pub fn name(self, context: &PanelContext, relit: &PreviewPicture) -> String {
         let compare = &context.state.compare;
         match (self, &compare.first, &relit.first) {

@@ -1,4 +1,4 @@
-//! The bar above the picture: what is compared on the left; on the right how it is looked at, of which nothing is exported.
+//! The bar above the picture: what is compared on the left; on the right the viewing settings, which no export has.
 
 use super::look_list::{list, look_list_ui};
 use super::viewing;
@@ -16,13 +16,13 @@ use egui::{
     WidgetInfo,
 };
 
-/// How two pictures are compared by hand.
+/// Keys that compare two pictures by hand.
 const HINT: &str = "W wipes, Q switches between the two, holding Shift shows the other";
 /// Height of a row in points, and letters of a compared picture's name, at the most.
 const HEIGHT: f32 = 32.0;
 const LETTERS: usize = 22;
 
-/// Where the width that one side of the bar took last is kept.
+/// Id for the stored width that one side of the bar took last.
 fn side_id(side: &str) -> egui::Id {
     egui::Id::unique(("viewer bar", side))
 }
@@ -152,7 +152,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
 }
 
-/// What is compared: the relit picture, or another in its place.
+/// Choice of the compared picture: the relit one, or another in its place.
 fn first_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let compare = &context.state.compare;
     let first = compare.first.as_ref().filter(|_| compare.on);
@@ -173,7 +173,7 @@ fn first_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     called(menu.0.on_hover_text(HINT), format!("First: {text}"));
 }
 
-/// How the two pictures are shown.
+/// Choice of the way to show the two pictures.
 fn mode_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let compare = &context.state.compare;
     let ways = [
@@ -304,7 +304,7 @@ fn checkpoints_ui(
     });
 }
 
-/// What lights the subject alone, as a button that ends this; whether it was clicked.
+/// Names of the only light on the subject, as a button that ends the solo. Returns true if it was clicked.
 fn solo_ui(ui: &mut Ui, names: &str, hint: &str) -> bool {
     let back = Button::new(RichText::new(format!("Solo: {names} ×")).color(theme::ACCENT));
     ui.add(back).on_hover_text(hint).clicked()

@@ -1,4 +1,4 @@
-//! How the picture is looked at: exposure, gamma, tone curve and channels. Nothing of it is exported, and a sign says so.
+//! Viewing of the picture: exposure, gamma, tone curve and channels. Nothing of it is exported, and a sign says so.
 
 use super::toolbar::{called, short};
 use crate::command::{Command, ViewCommand};
@@ -85,7 +85,7 @@ fn number_ui(ui: &mut Ui, name: &str, field: DragValue, is_set: bool, hint: &str
     is_reset
 }
 
-/// What is looked through: the look's tone curve, another, or a view of the person's colour configuration.
+/// Choice of the curve to look through: the look's tone curve, another, or a view of the person's colour configuration.
 fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let viewing = &context.state.viewing;
     let of_look = context.state.look.effects.view;
@@ -152,7 +152,7 @@ fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     called(menu.0.on_hover_text("Which channel is shown"), "Channels".to_owned());
 }
 
-/// What is shown in place of the picture, in words.
+/// Name of the view shown in place of the picture.
 fn inspected(inspection: Inspection) -> Option<&'static str> {
     Some(match inspection {
         Inspection::Channel(Channel::Red) => "red channel",
@@ -166,7 +166,7 @@ fn inspected(inspection: Inspection) -> Option<&'static str> {
     })
 }
 
-/// What is changed for looking; None if the picture is shown as it is exported.
+/// Changes made for looking; None if the picture is shown as it is exported.
 pub fn words(viewing: &Viewing, inspection: Inspection) -> Option<String> {
     let Viewing { exposure_stops, gamma, view, through } = viewing;
     let mut changes = Vec::new();
@@ -184,7 +184,7 @@ pub fn words(viewing: &Viewing, inspection: Inspection) -> Option<String> {
     (!changes.is_empty()).then(|| format!("viewing {}", changes.join(", ")))
 }
 
-/// What of the viewing exports lack: all but a view that they go through too.
+/// The part of the viewing that exports lack: all but a view that they go through too.
 fn unexported(state: &State) -> Viewing {
     let mut viewing = state.viewing.clone();
     let exported = &state.export_options.ocio;

@@ -1,0 +1,118 @@
+//! Plain words: doc comments open with a noun, and phrases that need translating do not come back.
+
+use std::path::{Path, PathBuf};
+
+/// Openings that ask instead of naming.
+const QUESTIONS: [&str; 7] = ["What", "Whether", "How", "Where", "Which", "Who", "Why"];
+/// Largest share of doc comments that may open so.
+const SHARE: f64 = 0.02;
+/// Phrases of comments, sentences and pages, in lower case, each with its plain form.
+const PHRASES: [(&str, &str); 8] = [
+    ("anew", "again"),
+    ("it is said", "a message says"),
+    ("it is looked", "a check finds"),
+    ("what is asked for", "the request"),
+    ("is asked of", "is required of"),
+    ("be wholly", "be fully"),
+    ("its hash is another", "hash mismatch"),
+    ("its checksum is another", "checksum mismatch"),
+];
+
+/// Files under some folders of the repository whose names end so.
+fn files(folders: &[&str], ending: &str) -> Vec<PathBuf> {
+    let root = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").unwrap());
+    let mut found = Vec::new();
+    let mut open: Vec<PathBuf> = folders.iter().map(|folder| root.join(folder)).collect();
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.to_string_lossy().ends_with(ending) && !path.ends_with("tests/words.rs")
+            {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn sources() -> Vec<PathBuf> {
+    files(&["src", "tests", "benches"], ".rs")
+}
+
+/// Text of a comment.
+fn comment(line: &str) -> Option<&str> {
+    line.trim_start().strip_prefix("//")
+}
+
+/// Text of a doc comment.
+fn doc(line: &str) -> Option<&str> {
+    comment(line)?.strip_prefix(['/', '!']).map(str::trim_start)
+}
+
+/// Texts of the string literals that begin and end in a line.
+fn strings(line: &str) -> impl Iterator<Item = &str> {
+    line.split('"').skip(1).step_by(2)
+}
+
+fn place(path: &Path, line: usize) -> String {
+    format!("{}:{}", path.display(), line + 1)
+}
+
+#[test]
+fn doc_comments_open_with_what_they_name() {
+    let (mut all, mut asking) = (0, Vec::new());
+    for path in sources() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let mut before = None;
+        for (number, line) in text.lines().enumerate() {
+            let words = doc(line);
+            if let (Some(words), None) = (words, before) {
+                all += 1;
+                let first = words.split(|c: char| !c.is_alphabetic()).next().unwrap_or_default();
+                if QUESTIONS.contains(&first) {
+                    asking.push(format!("{}: {words}", place(&path, number)));
+                }
+            }
+            before = words;
+        }
+    }
+    assert!(all > 1000, "{all} doc comments were found");
+    let share = asking.len() as f64 / all as f64;
+    println!("{} of {all} doc comments open with a question word", asking.len());
+    assert!(share <= SHARE, "{share:.3} of doc comments ask:\n{}", asking.join("\n"));
+}
+
+#[test]
+fn phrases_that_need_translating_are_gone() {
+    let mut found = Vec::new();
+    let mut look = |path: &Path, number: usize, words: &str| {
+        let words = words.to_lowercase();
+        for (phrase, plain) in PHRASES {
+            let whole = words.match_indices(phrase).any(|(at, _)| {
+                let beside = |c: Option<char>| !c.is_some_and(char::is_alphanumeric);
+                let after = words[at + phrase.len()..].chars().next();
+                beside(words[..at].chars().next_back()) && beside(after)
+            });
+            if whole {
+                found.push(format!("{}: \"{phrase}\", plainly \"{plain}\"", place(path, number)));
+            }
+        }
+    };
+    for path in sources() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        for (number, line) in text.lines().enumerate() {
+            match comment(line) {
+                Some(words) => look(&path, number, words),
+                None => strings(line).for_each(|words| look(&path, number, words)),
+            }
+        }
+    }
+    for path in files(&["docs"], ".md") {
+        let text = std::fs::read_to_string(&path).unwrap();
+        text.lines().enumerate().for_each(|(number, line)| look(&path, number, line));
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
