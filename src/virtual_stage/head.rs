@@ -23,7 +23,7 @@ pub struct Head {
     jaw_from_head: Mat3,
     /// Half the gap between the lips in metres, 0 when they touch.
     gap: f32,
-    /// Pull on the corners of the mouth, out, up and back, in metres.
+    /// Pull on the corners of the mouth, out, up and back, from 0 to 1.
     smile: f32,
     /// Opening of the lids, from 0 to 1.
     lids: f32,
