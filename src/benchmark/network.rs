@@ -55,7 +55,7 @@ fn predictions(
             // On a CPU this is memory already; on a GPU it is a buffer there.
             match &compute.gpu {
                 Some(gpu) => {
-                    let buffer = field.into_buffer()?;
+                    let buffer = field.into_buffer(&gpu.device)?;
                     gpu.wait();
                     drop(buffer);
                 }

@@ -145,13 +145,9 @@ impl FieldEncoder {
                 Storage::Compressed => self.compressed(&field).into(),
             });
         };
-        let full = |field: DeviceField| match field.is_in_memory() {
-            true => Ok(FieldBuffer::upload(&field.read()?, &passes.device)),
-            false => field.into_buffer(),
-        };
         let field = match self.storage {
-            Storage::F32 => full(field)?,
-            Storage::F16 => passes.relight.halve(&full(field)?)?,
+            Storage::F32 => field.into_buffer(&passes.device)?,
+            Storage::F16 => passes.relight.halve(&field.into_buffer(&passes.device)?)?,
             Storage::Compressed => {
                 let field = self.compressed(&field.read()?);
                 FieldBuffer::upload_components(field, &passes.device)

@@ -136,38 +136,48 @@ impl Correction {
 /// Share of the head in each place, from 0 to 1, by the matte alone: it fades out at the neck. Without a neck above shoulders, all
 /// of the subject is head.
 pub fn head_share(matte: &Mask) -> Mask {
-    let half: Vec<f32> = (0..matte.height)
-        .map(|y| extent(matte, y).map_or(0.0, |[left, right]| 0.5 * (right - left)))
-        .collect();
-    let (neck, widest) = neck(&half);
-    let fade = (0.5 * widest).max(1.0);
-    let above = |y: usize| ((neck as f32 - y as f32) / fade + 0.5).clamp(0.0, 1.0);
-    let all = neck >= matte.height;
-    Raster::from_fn(matte.width, matte.height, |_, y| if all { 1.0 } else { above(y) })
+    let Outline { head, .. } = Outline::of(matte);
+    Raster::from_fn(matte.width, matte.height, |_, y| head[y])
 }
 
 /// Share of each place in the face's shift when the head turns, from 0 to 1, by the matte alone: depth as
-/// if each row of the head were the front of an ellipse, fading out at the neck. Without a neck above shoulders, all of
-/// the subject counts as head.
+/// if each row of the head were the front of an ellipse, times [`head_share`].
 pub fn head_turn(matte: &Mask) -> Mask {
-    let (width, height) = matte.size();
-    let rows: Vec<Option<[f32; 2]>> = (0..height).map(|y| extent(matte, y)).collect();
-    let half = |y: usize| rows[y].map_or(0.0, |[left, right]| 0.5 * (right - left));
-    let (neck, widest) = neck(&(0..height).map(half).collect::<Vec<_>>());
-    // The fade takes a fifth of a head's height, which is about half of its width.
-    let fade = (0.5 * widest).max(1.0);
-    Raster::from_fn(width, height, |x, y| {
+    let Outline { rows, head, widest } = Outline::of(matte);
+    Raster::from_fn(matte.width, matte.height, |x, y| {
         let Some([left, right]) = rows[y] else {
             return 0.0;
         };
-        let across = (x as f32 + 0.5 - 0.5 * (left + right)) / half(y).max(0.5);
-        let depth = (1.0 - across * across).max(0.0).sqrt() * (half(y) / widest).min(1.0);
-        let above = (neck as f32 - y as f32) / fade + 0.5;
-        depth * above.clamp(0.0, 1.0)
+        let half = 0.5 * (right - left);
+        let across = (x as f32 + 0.5 - 0.5 * (left + right)) / half.max(0.5);
+        let depth = (1.0 - across * across).max(0.0).sqrt() * (half / widest).min(1.0);
+        depth * head[y]
     })
 }
 
-/// From where to where a row of the matte is covered.
+/// Rows of a matte.
+struct Outline {
+    /// Extent of each covered row.
+    rows: Vec<Option<[f32; 2]>>,
+    /// Share of the head in each row.
+    head: Vec<f32>,
+    /// Largest half width of the head.
+    widest: f32,
+}
+
+impl Outline {
+    fn of(matte: &Mask) -> Self {
+        let rows: Vec<_> = (0..matte.height).map(|y| extent(matte, y)).collect();
+        let half = |row: &Option<[f32; 2]>| row.map_or(0.0, |[left, right]| 0.5 * (right - left));
+        let (neck, widest) = neck(&rows.iter().map(half).collect::<Vec<_>>());
+        // The fade takes a fifth of a head's height, which is about half of its width.
+        let fade = (0.5 * widest).max(1.0);
+        let above = |y: usize| ((neck as f32 - y as f32) / fade + 0.5).clamp(0.0, 1.0);
+        Self { head: (0..matte.height).map(above).collect(), rows, widest }
+    }
+}
+
+/// Covered extent of a row of the matte.
 fn extent(matte: &Mask, y: usize) -> Option<[f32; 2]> {
     let covered = |x: &usize| matte.at(*x, y) > 0.5;
     let left = (0..matte.width).find(covered)?;

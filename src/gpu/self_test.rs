@@ -68,7 +68,7 @@ impl Check {
     fn on_gpu(self, passes: &PicturePasses) -> Result<Vec<f32>, String> {
         let (field, weights) = (field(), weights());
         let picture = match self {
-            Self::Layers => return Err("layers are no picture".to_owned()),
+            Self::Layers => return Err("the passes have no layers".to_owned()),
             Self::Sum => passes.relight.run(&field, &weights),
             Self::HalfSum => passes.relight.run_half(&HalfField::from(&field), &weights),
             Self::View => passes.upload_opaque(&ramp()).and_then(|ramp| {

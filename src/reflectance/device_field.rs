@@ -96,11 +96,6 @@ impl DeviceField {
         Self::finished(self.olats * scale)
     }
 
-    /// True if the network runs on the CPU.
-    pub fn is_in_memory(&self) -> bool {
-        self.olats.device() == Device::flex()
-    }
-
     /// Copies the field to memory.
     ///
     /// # Errors
@@ -116,11 +111,15 @@ impl DeviceField {
         })
     }
 
-    /// The field's own buffer, without a copy. What is submitted to the GPU from now on sees the field.
+    /// The field in a buffer of `gpu`, which is the network's own device if that is on a GPU: its own buffer without a copy, or a
+    /// copy of one in memory. Work submitted to the GPU from now on sees the field.
     ///
     /// # Errors
-    /// When the network is not on a GPU, or that fails.
-    pub fn into_buffer(self) -> Result<FieldBuffer> {
+    /// When the device fails.
+    pub fn into_buffer(self, gpu: &wgpu::Device) -> Result<FieldBuffer> {
+        if self.olats.device() == Device::flex() {
+            return Ok(FieldBuffer::upload(&self.read()?, gpu));
+        }
         let [lamps, _, height, width] = self.olats.dims();
         let fused = self.olats.try_into_primitive::<Cube>().map_err(|e| device_failure(&e))?;
         let client = fused.client.clone();

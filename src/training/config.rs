@@ -15,7 +15,7 @@ pub enum Preset {
     Quick,
     /// The paper's network and schedule.
     Paper,
-    /// A wider network than `quick` for as long, for machines with a GPU.
+    /// A wider network than `quick` for as long; slower on a CPU.
     FastGpu,
 }
 

@@ -131,7 +131,7 @@ impl Preset {
         match self {
             Self::Quick => "Best picture in ten minutes on two cores",
             Self::Paper => "As in the paper; takes hours without a GPU",
-            Self::FastGpu => "A wider network, for machines with a GPU",
+            Self::FastGpu => "A wider network; slower on a CPU",
         }
     }
 }
