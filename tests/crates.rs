@@ -7,9 +7,10 @@ use std::path::Path;
 /// The names of every crate's dependencies, those of its tests aside.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let sources = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("src");
+    let folders = |path: &Path| std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
+    let groups = folders(&sources).filter(|path| path.is_dir());
     let mut found = BTreeMap::new();
-    for entry in std::fs::read_dir(sources).unwrap() {
-        let folder = entry.unwrap().path();
+    for folder in groups.flat_map(|group| folders(&group)) {
         let Ok(text) = std::fs::read_to_string(folder.join("Cargo.toml")) else {
             continue;
         };
@@ -45,6 +46,11 @@ fn burn_stays_with_the_network_its_training_and_its_device() {
 #[test]
 fn wgpu_stays_with_the_passes_the_fields_and_the_device() {
     assert_eq!(who_knows(&["wgpu"]), ["compositor", "gpu", "reflectance"]);
+}
+
+#[test]
+fn one_crate_knows_open_color_io() {
+    assert_eq!(who_knows(&["ocio"]), ["color_config"]);
 }
 
 /// Others hand over by what the export was asked for.

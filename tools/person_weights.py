@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The weights of MediaPipe's selfie segmentation under the names of src/person: person_weights.py MODEL.tflite OUT.safetensors
+"""The weights of MediaPipe's selfie segmentation under the names of src/shoot/person: person_weights.py MODEL.tflite OUT.safetensors
 
 MODEL is selfie_segmentation.tflite (general, 256 × 256) of the npm package @mediapipe/selfie_segmentation. Its half floats
 are kept as they are; axes go from height, width, channels to burn's channels, height, width. Needs numpy, safetensors and
@@ -68,5 +68,5 @@ for stage in range(3):
     depthwise(f"stages.{stage}.depthwise")
 layer("segment", "segment", (3, 0, 1, 2))
 if found:
-    sys.exit(f"{source}: layers that the network of src/person has not: {', '.join(found)}")
+    sys.exit(f"{source}: layers that the network of src/shoot/person has not: {', '.join(found)}")
 save_file(packed, out)

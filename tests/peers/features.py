@@ -1,4 +1,4 @@
-"""The feature networks of src/training/features in PyTorch, as torchvision lays them out.
+"""The feature networks of src/prediction/training/features in PyTorch, as torchvision lays them out.
 
     features.py --network vgg16|vgg19|squeezenet --out DIR [--size N] [--seed N]
 

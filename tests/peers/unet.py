@@ -1,4 +1,4 @@
-"""The network of src/reflectance/unet.rs in PyTorch: a source of numbers, and a peer to race.
+"""The network of src/prediction/reflectance/unet.rs in PyTorch: a source of numbers, and a peer to race.
 
     unet.py reference --out DIR [shape]   weights, a training step and its gradients as safetensors
     unet.py serve [shape] [peer]          timings on request: one command a line, one line of JSON back

@@ -1,0 +1,167 @@
+//! The studio: a window with the relit frame, the timeline and the light. Panels emit [`Command`]s,
+//! [`StudioApp`] applies them; pictures come from [`worker`], and the window never waits for it.
+
+mod accuracy;
+mod app;
+mod calibration_analysis;
+mod color_views;
+mod command;
+mod comparison;
+mod destination_check;
+mod environment_groups;
+mod environment_library;
+mod environment_list;
+mod export_options;
+mod favourites;
+mod footage_reader;
+mod four_looks;
+mod history;
+mod icons;
+mod key_selection;
+mod keys;
+mod layout;
+mod light_aim;
+mod look;
+mod look_name;
+mod look_shelf;
+mod matte_painting;
+mod network_review;
+mod palette;
+mod panel_context;
+mod panels;
+mod pixel_inspector;
+mod pointer_order;
+mod preferences;
+mod project_check;
+mod recents;
+mod region;
+mod saved_history;
+mod saved_look;
+mod saver;
+mod state;
+mod status;
+mod stored_look;
+mod stored_looks;
+mod theme;
+mod training;
+mod wizard;
+mod workspace_view;
+
+pub use app::{ProjectHandover, StudioApp};
+pub use calibration_analysis::CalibrationAnalysis;
+pub use command::{
+    CalibrationCommand, Command, Dialog, EnvironmentsCommand, ExportCommand, JobCommand,
+    LookCommand, LooksCommand, MatteCommand, ProjectCommand, ReviewCommand, TimelineCommand,
+    TrainingCommand, ViewCommand, WindowCommand,
+};
+pub use comparison::{CellPicture, CompareMode, CompareSettings, GAINS, Reference};
+pub use environment_library::{EnvironmentEntry, PanoramaState};
+pub use environment_list::{ListedEnvironment, Owner};
+pub use export_options::ExportOptions;
+pub use footage_reader::{FootageReader, FootageView, MatteView, Thumbnail};
+pub use four_looks::{FourLooks, FourPicture, FourSlot};
+pub use layout::{Layout, Pane, Workspace};
+pub use look::{AppliedLook, Group, LookSettings};
+pub use look_name::LookName;
+pub use look_shelf::{LookVersion, ShelvedLook};
+pub use matte_painting::{LiveMatte, MattePainting};
+pub use network_review::NetworkReview;
+pub use preferences::Preferences;
+pub use project_check::ProjectCheck;
+pub use recents::{Recent, Recents};
+pub use region::Region;
+pub use saved_look::SavedLook;
+pub use state::{State, View};
+pub use status::{LogLine, Phase, RunningJob, Severity, Status};
+pub use stored_look::StoredLook;
+pub use stored_looks::{LookId, Shelf, StoredLooks};
+pub use training::{TrainChoice, Training};
+pub use wizard::{Plan, Wizard};
+
+use base::error::{Error, Result};
+use eframe::egui_wgpu::{RenderState, WgpuSetupCreateNew};
+use gpu::{DeviceChoice, Gpu, WgpuSetup, device_descriptor};
+use project::Project;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use worker::Latest;
+
+/// A window whose GPU is lost sooner than this is not opened again.
+const SOON: Duration = Duration::from_secs(20);
+
+/// Opens the window, on a project or on the offer to open one, and returns when it is closed. If the GPU that
+/// draws it is lost, the window opens again on the same project, and says so.
+///
+/// # Errors
+/// When there is no display, or no graphics adapter that can draw a window.
+pub fn run(mut project: Option<Project>, device: DeviceChoice) -> Result<()> {
+    let handover = ProjectHandover::new(Latest::new(|| {}));
+    let mut lost = false;
+    loop {
+        let opened = Instant::now();
+        show(project, device, handover.clone(), lost)?;
+        match handover.take() {
+            None => return Ok(()),
+            Some(_) if opened.elapsed() < SOON => return Err(Error::GpuLost),
+            Some(open) => (project, lost) = (open, true),
+        }
+    }
+}
+
+/// One window, until it is closed. `lost`: it replaces one whose GPU was lost.
+fn show(
+    project: Option<Project>,
+    device: DeviceChoice,
+    handover: ProjectHandover,
+    lost: bool,
+) -> Result<()> {
+    let title = app::title(project.as_ref());
+    let mut setup = WgpuSetupCreateNew::without_display_handle();
+    setup.device_descriptor = Arc::new(device_descriptor);
+    let mut options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title(&title)
+            .with_app_id("afterlight")
+            .with_icon(icon())
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size([720.0, 480.0])
+            .with_drag_and_drop(true),
+        renderer: eframe::Renderer::Wgpu,
+        ..Default::default()
+    };
+    options.wgpu_options.wgpu_setup = setup.into();
+    let create = move |cc: &eframe::CreationContext| {
+        if let Some(window) = &cc.wgpu_render_state {
+            share(window);
+        }
+        let message = lost.then(|| Error::GpuLost.to_string());
+        let mut app = StudioApp::of(&cc.egui_ctx, Preferences::of_user(), project, device);
+        if let Some(window) = &cc.wgpu_render_state {
+            app = app.drawn_with(window.clone());
+        }
+        Ok(Box::new(app.replaced_by(handover, message.as_deref())) as Box<dyn eframe::App>)
+    };
+    eframe::run_native(&title, options, Box::new(create)).map_err(|e| {
+        Error::device(
+            format!("the window cannot be opened: {e}"),
+            "Start it in a desktop session with a graphics adapter, or use the commands: afterlight --help",
+        )
+    })
+}
+
+/// Icon in the window's bar and in the list of windows.
+fn icon() -> egui::IconData {
+    let png = include_bytes!("../../../assets/icon/128.png");
+    eframe::icon_data::from_png_bytes(png).unwrap_or_default()
+}
+
+/// Lets the network compute on the GPU that draws the window.
+fn share(window: &RenderState) {
+    Gpu::share(WgpuSetup {
+        instance: window.instance.clone(),
+        adapter: window.adapter.clone(),
+        device: window.device.clone(),
+        queue: window.queue.clone(),
+        backend: window.adapter.get_info().backend,
+    });
+}

@@ -1,0 +1,514 @@
+//! Pass `relight` on the GPU, for fields of every [`FieldFormat`]. Its twins on the CPU are
+//! [`crate::reference::relight`], [`crate::reference::relight_half`] and
+//! [`crate::reference::relight_compressed`].
+
+use super::read::{image, read_back};
+use super::shader::Shader;
+use base::error::{Error, Result};
+use imaging::Image;
+use reflectance::compressed::shares;
+use reflectance::{FieldBuffer, FieldFormat, HalfField, ReflectanceField};
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+pub(crate) const RELIGHT: Shader =
+    Shader::alone("relight", include_str!("../../../../shaders/relight.wgsl"));
+
+/// Pixels of one workgroup, as in the shader.
+const WORKGROUP: u32 = 64;
+
+/// Workgroups that look for the largest value of a field.
+const SEARCHES: usize = 1024;
+
+/// The compiled pass, for one device.
+#[derive(Debug)]
+pub struct RelightPass {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    full: wgpu::ComputePipeline,
+    half: wgpu::ComputePipeline,
+    components: wgpu::ComputePipeline,
+    largest: wgpu::ComputePipeline,
+    halve: wgpu::ComputePipeline,
+}
+
+/// The shader's parameters besides the lamps.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Shape {
+    pixels: u32,
+    /// Entries of the list of lamps.
+    lamps: u32,
+    all_lamps: u32,
+    padding: u32,
+}
+
+/// One lamp's entry in the shader's list.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Share {
+    weight: [f32; 3],
+    lamp: u32,
+}
+
+impl RelightPass {
+    /// Compiles the shader.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(RELIGHT.name),
+            source: wgpu::ShaderSource::Wgsl(RELIGHT.source().into()),
+        });
+        let pipeline = |entry_point| {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("relight"),
+                layout: None,
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
+        };
+        Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            full: pipeline("main"),
+            half: pipeline("main_half"),
+            components: pipeline("main_components"),
+            largest: pipeline("largest"),
+            halve: pipeline("halve"),
+        }
+    }
+
+    /// Sums a field that is on this device and reads the picture back.
+    ///
+    /// # Errors
+    /// When the field does not fit the weights, or the device fails.
+    pub fn sum(&self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<Image> {
+        self.check_binds(field, weights)?;
+        let mut commands = self.device.create_command_encoder(&Default::default());
+        let relit = {
+            let mut pass = commands.begin_compute_pass(&Default::default());
+            self.encode(&mut pass, field, weights)?
+        };
+        let target = (&self.device, &self.queue);
+        read_back(target, commands, &[&relit], |parts| image((field.width, field.height), parts[0]))
+    }
+
+    /// Uploads a field, sums it and reads the picture back.
+    ///
+    /// # Errors
+    /// When the field is too large for the device, does not fit the weights, or the device fails.
+    pub fn run(&self, field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<Image> {
+        check_lamps(field.lamps, weights)?;
+        if field.values.is_empty() {
+            return Ok(Image::filled(field.width, field.height, [0.0; 3]));
+        }
+        self.check_bytes(size_of_val(&field.values[..]))?;
+        self.sum(&FieldBuffer::upload(field, &self.device), weights)
+    }
+
+    /// [`Self::run`] for a field in f16.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn run_half(&self, field: &HalfField, weights: &[[f32; 3]]) -> Result<Image> {
+        check_lamps(field.lamps, weights)?;
+        if field.values().is_empty() {
+            return Ok(Image::filled(field.width, field.height, [0.0; 3]));
+        }
+        self.check_bytes(size_of_val(field.values()))?;
+        self.sum(&FieldBuffer::upload_half(field, &self.device), weights)
+    }
+
+    /// A field in f32 on this device as one in f16, as [`HalfField`] has it, but that values below 2⁻²⁹ of the
+    /// largest may be 0. Nothing is read back or waited for.
+    ///
+    /// # Errors
+    /// When the field is larger than the device binds at once.
+    pub fn halve(&self, field: &FieldBuffer) -> Result<FieldBuffer> {
+        self.check_bytes(field.bytes())?;
+        let pixels = field.width * field.height;
+        let buffer = |label, size| {
+            self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            })
+        };
+        let bytes = HalfField::bytes(pixels, field.lamps) as u64;
+        let values = buffer("reflectance field in f16", bytes);
+        // A new buffer holds zeros: the search begins with nothing.
+        let stored = buffer("scale of halves", 8);
+        let shape = self.upload(
+            bytemuck::bytes_of(&Shape {
+                pixels: pixels as u32,
+                lamps: field.lamps as u32,
+                all_lamps: field.lamps as u32,
+                padding: 0,
+            }),
+            wgpu::BufferUsages::UNIFORM,
+        );
+        let shape = (3, shape.as_entire_binding());
+        let stored_binding = (4, stored.as_entire_binding());
+        let mut commands = self.device.create_command_encoder(&Default::default());
+        let search = [(0, field.binding()), shape.clone(), stored_binding.clone()];
+        let groups = pixels.div_ceil(2 * WORKGROUP as usize);
+        self.check_groups(groups, 2)?;
+        let halves = (2, values.as_entire_binding());
+        let halve = [(0, field.binding()), halves, shape, stored_binding];
+        for (pipeline, bound, groups) in
+            [(&self.largest, &search[..], SEARCHES.min(groups)), (&self.halve, &halve[..], groups)]
+        {
+            // Two passes: the second sees all that the first wrote.
+            let mut pass = commands.begin_compute_pass(&Default::default());
+            self.dispatch(&mut pass, pipeline, bound, groups);
+        }
+        self.queue.submit([commands.finish()]);
+        Ok(field.halved(values, stored))
+    }
+
+    /// Refuses a field that does not fit the weights or that the device cannot bind at once.
+    pub(super) fn check_binds(&self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<()> {
+        check_lamps(field.lamps, weights)?;
+        self.check_bytes(field.bytes())
+    }
+
+    fn check_bytes(&self, bytes: usize) -> Result<()> {
+        let limit = self.device.limits().max_storage_buffer_binding_size;
+        if bytes as u64 <= limit {
+            return Ok(());
+        }
+        Err(Error::device(
+            format!(
+                "the reflectance field has {bytes} bytes; this GPU binds at most {limit} at once"
+            ),
+            "Relight it on the CPU, or choose a smaller working size",
+        ))
+    }
+
+    fn check_groups(&self, groups: usize, each: usize) -> Result<()> {
+        let limit = self.device.limits().max_compute_workgroups_per_dimension as usize;
+        if groups <= limit {
+            return Ok(());
+        }
+        let pixels = |groups| groups * each * WORKGROUP as usize;
+        Err(Error::device(
+            format!(
+                "the reflectance field has about {} pixels; this GPU computes at most {} at once",
+                pixels(groups),
+                pixels(limit)
+            ),
+            "Relight it on the CPU, or choose a smaller working size",
+        ))
+    }
+
+    /// Records the sum of a field that is on this device already, and the buffer that it goes to: values of
+    /// RGBA f32.
+    ///
+    /// # Errors
+    /// When the device has no room for the workgroups.
+    pub(super) fn encode(
+        &self,
+        pass: &mut wgpu::ComputePass,
+        field: &FieldBuffer,
+        weights: &[[f32; 3]],
+    ) -> Result<wgpu::Buffer> {
+        let (pipeline, each) = match field.format() {
+            FieldFormat::Full => (&self.full, 1),
+            FieldFormat::Half { .. } => (&self.half, 2),
+            FieldFormat::Components { .. } => (&self.components, 1),
+        };
+        let pixels = field.width * field.height;
+        let groups = pixels.div_ceil(each * WORKGROUP as usize);
+        self.check_groups(groups, each)?;
+        let weights: Vec<[f32; 3]> = match field.format() {
+            FieldFormat::Components { basis } => shares(basis, weights),
+            FieldFormat::Full | FieldFormat::Half { .. } => weights.to_vec(),
+        };
+        let mut shares: Vec<Share> = (0..)
+            .zip(weights)
+            .filter(|(_, weight)| *weight != [0.0; 3])
+            .map(|(lamp, weight)| Share { weight, lamp })
+            .collect();
+        let shape = Shape {
+            pixels: pixels as u32,
+            lamps: shares.len() as u32,
+            all_lamps: field.lamps as u32,
+            padding: 0,
+        };
+        // A binding may not be empty; the shader's count keeps it from reading this one.
+        if shares.is_empty() {
+            shares.push(Share { weight: [0.0; 3], lamp: 0 });
+        }
+        let storage = wgpu::BufferUsages::STORAGE;
+        let shares = self.upload(bytemuck::cast_slice(&shares), storage);
+        let shape = self.upload(bytemuck::bytes_of(&shape), wgpu::BufferUsages::UNIFORM);
+        let relit = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("relit"),
+            size: 16 * pixels as u64,
+            usage: storage | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        let mut bound = vec![
+            (0, field.binding()),
+            (1, shares.as_entire_binding()),
+            (2, relit.as_entire_binding()),
+            (3, shape.as_entire_binding()),
+        ];
+        if let FieldFormat::Half { scale } = field.format() {
+            bound.push((4, scale.as_entire_binding()));
+        }
+        self.dispatch(pass, pipeline, &bound, groups);
+        Ok(relit)
+    }
+
+    fn dispatch(
+        &self,
+        pass: &mut wgpu::ComputePass,
+        pipeline: &wgpu::ComputePipeline,
+        bound: &[(u32, wgpu::BindingResource)],
+        groups: usize,
+    ) {
+        let bound = bound.iter().cloned();
+        let entries: Vec<wgpu::BindGroupEntry> =
+            bound.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("relight"),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &bindings, &[]);
+        pass.dispatch_workgroups(groups as u32, 1, 1);
+    }
+
+    fn upload(&self, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer_init(&BufferInitDescriptor {
+            label: Some("relight"),
+            contents,
+            usage,
+        })
+    }
+}
+
+fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
+    if weights.len() == lamps {
+        return Ok(());
+    }
+    Err(Error::invalid(
+        format!(
+            "the reflectance field has {lamps} lamps, but there are weights for {}",
+            weights.len()
+        ),
+        "Predict this frame again with the network of this project",
+    ))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::relight::{
+        lit_lamps, relight, relight_compressed, relight_half, tests::noise_field,
+    };
+    use reflectance::CompressedField;
+    use std::future::Future;
+    use std::pin::pin;
+    use std::task::{Context, Poll, Waker};
+    use test_support::{Need, found};
+
+    /// Waits for what wgpu finishes at once outside of browsers.
+    fn wait<T>(future: impl Future<Output = T>) -> T {
+        let mut future = pin!(future);
+        loop {
+            if let Poll::Ready(value) =
+                future.as_mut().poll(&mut Context::from_waker(Waker::noop()))
+            {
+                return value;
+            }
+            std::thread::yield_now();
+        }
+    }
+
+    /// Any adapter's device, even a software one, without any optional feature; None if there is none, and the test
+    /// returns.
+    pub fn any_device() -> Option<(wgpu::Device, wgpu::Queue)> {
+        device(false)
+    }
+
+    /// Any adapter's device; if `timed`, one with timestamps.
+    pub fn device(timed: bool) -> Option<(wgpu::Device, wgpu::Queue)> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapter = wait(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
+        let adapter = found(Need::Gpu, adapter)?;
+        println!("on {}", adapter.get_info().name);
+        let (need, required_features) = if timed {
+            (Need::GpuClock, wgpu::Features::TIMESTAMP_QUERY)
+        } else {
+            (Need::Gpu, wgpu::Features::empty())
+        };
+        let wanted = wgpu::DeviceDescriptor { required_features, ..Default::default() };
+        found(need, wait(adapter.request_device(&wanted)))
+    }
+
+    fn pass() -> Option<RelightPass> {
+        any_device().map(|(device, queue)| RelightPass::new(&device, &queue))
+    }
+
+    #[test]
+    fn what_the_shader_is_told_is_laid_out_as_it_says() {
+        let module = naga::front::wgsl::parse_str(&RELIGHT.source()).unwrap();
+        for (name, size, offsets) in [
+            ("Shape", size_of::<Shape>(), &[0, 4, 8, 12][..]),
+            ("Share", size_of::<Share>(), &[0, 12]),
+            // What `halve` and `FieldBuffer::upload_half` make room for.
+            ("Stored", 8, &[0, 4]),
+            ("Search", 8, &[0, 4]),
+        ] {
+            let found = module.types.iter().map(|(_, found)| found);
+            let found = found.filter(|found| found.name.as_deref() == Some(name));
+            let [found] = found.collect::<Vec<_>>()[..] else {
+                panic!("there is one {name}");
+            };
+            let naga::TypeInner::Struct { span, members } = &found.inner else {
+                panic!("{name} is no struct");
+            };
+            assert_eq!(*span as usize, size, "{name}");
+            let found: Vec<u32> = members.iter().map(|member| member.offset).collect();
+            assert_eq!(found, offsets, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_gpu_agrees_with_its_twin() {
+        let Some(pass) = pass() else { return };
+        for (width, height, lamps) in [(1, 1, 1), (67, 45, 41), (128, 128, 7)] {
+            let field = noise_field(width, height, lamps);
+            let mut weights: Vec<[f32; 3]> =
+                (0..lamps).map(|l| [0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32]).collect();
+            weights[lamps / 2] = [0.0; 3];
+            weights[lamps - 1] = [1e6, 0.5, 2e5];
+            let there = pass.run(&field, &weights).unwrap();
+            let here = relight(&field, &weights, &lit_lamps(&weights));
+            assert_eq!(there.size(), here.size());
+            for (gpu, cpu) in there.pixels.iter().flatten().zip(here.pixels.iter().flatten()) {
+                // All terms are positive: the order of 41 additions and their fusing move less than this.
+                assert!((gpu - cpu).abs() <= 1e-5 * cpu.abs(), "{gpu} is not {cpu}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_gpu_sums_halves_as_its_twin_does() {
+        let Some(pass) = pass() else { return };
+        for (width, height, lamps) in [(1, 1, 1), (67, 45, 41), (128, 128, 7)] {
+            let field = noise_field(width, height, lamps);
+            let half = HalfField::from(&field);
+            let mut weights: Vec<[f32; 3]> =
+                (0..lamps).map(|l| [0.1 + 0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32]).collect();
+            weights[lamps - 1] = [1e6, 0.5, 2e5];
+            let there = pass.run_half(&half, &weights).unwrap();
+            let here = relight_half(&half, &weights, &lit_lamps(&weights));
+            let full = pass.run(&field, &weights).unwrap();
+            assert_eq!(there.size(), here.size());
+            for ((gpu, cpu), full) in (there.pixels.iter().flatten())
+                .zip(here.pixels.iter().flatten())
+                .zip(full.pixels.iter().flatten())
+            {
+                // As above; and halves are off by 2⁻¹¹.
+                assert!((gpu - cpu).abs() <= 1e-5 * cpu, "{gpu} is not {cpu}");
+                assert!((gpu - full).abs() <= (1e-5 + 0.5f32.powi(11)) * full);
+            }
+        }
+        assert!(pass.run_half(&HalfField::from(&noise_field(4, 4, 3)), &[[1.0; 3]; 2]).is_err());
+    }
+
+    #[test]
+    fn the_gpu_halves_a_field_as_the_cpu_does() {
+        let Some(pass) = pass() else { return };
+        for (width, height, lamps) in [(1, 1, 1), (67, 45, 41), (128, 128, 7)] {
+            for brightness in [1.0, 0.0, 3e-5, 7e7, 1e-38] {
+                let mut field = noise_field(width, height, lamps);
+                field.values.iter_mut().for_each(|v| *v *= brightness);
+                let weights: Vec<[f32; 3]> =
+                    (0..lamps).map(|l| [0.1 * l as f32, 1.0, 3.0]).collect();
+                let there = FieldBuffer::upload(&field, &pass.device);
+                let there = pass.halve(&there).unwrap();
+                assert!(matches!(there.format(), FieldFormat::Half { .. }));
+                let there = pass.sum(&there, &weights).unwrap();
+                let here = pass.run_half(&HalfField::from(&field), &weights).unwrap();
+                // Denormals may be nothing in both the halves and f32.
+                let small: f32 = weights.iter().map(|w| w[2]).sum::<f32>()
+                    * (brightness * 0.5f32.powi(29)).max(f32::MIN_POSITIVE);
+                for (there, here) in
+                    (there.pixels.iter().flatten()).zip(here.pixels.iter().flatten())
+                {
+                    // A half between two may be rounded to either.
+                    let bound = 0.5f32.powi(10) * here + small;
+                    assert!((there - here).abs() <= bound, "{there} is not {here}");
+                }
+            }
+        }
+        test_support::shown!(Pictures, "A field that a GPU stores in f16",
+ danger: "the GPU rounds or scales otherwise than memory", done: "the scale is chosen there in the same way, from the largest finite magnitude",
+ bound: "as in memory", measured: "holds");
+    }
+
+    #[test]
+    fn nan_and_infinity_stay_when_a_gpu_halves_a_field() {
+        let Some(pass) = pass() else { return };
+        let mut field = noise_field(5, 5, 2);
+        field.values[7] = f32::INFINITY;
+        field.values[25 + 9] = f32::NAN;
+        let half = pass.halve(&FieldBuffer::upload(&field, &pass.device)).unwrap();
+        let lit = pass.sum(&half, &[[1.0; 3]; 2]).unwrap();
+        let here = relight(&field, &[[1.0; 3]; 2], &[0, 1]);
+        for (i, (there, here)) in lit.pixels.iter().zip(&here.pixels).enumerate() {
+            for c in 0..3 {
+                let bad = (i, c) == (7, 0) || (i, c) == (9, 1);
+                assert_eq!(there[c].is_finite(), !bad, "{i} {c} {there:?}");
+                assert!(bad || (there[c] - here[c]).abs() <= 1e-3 * here[c]);
+            }
+        }
+    }
+
+    #[test]
+    fn the_gpu_sums_components_as_its_twin_does() {
+        let Some(pass) = pass() else { return };
+        let field = noise_field(67, 45, 5);
+        let weights = [[1e4, 0.0, 2.0], [0.0; 3], [1.0; 3], [0.5; 3], [0.0, 3.0, 0.0]];
+        for error in [0.0, 0.2, 2.0] {
+            let field = CompressedField::of(&field, error);
+            let here = relight_compressed(&field, &weights);
+            let there = FieldBuffer::upload_components(field, &pass.device);
+            let there = pass.sum(&there, &weights).unwrap();
+            let largest = here.pixels.as_flattened().iter().fold(0f32, |m, v| m.max(*v));
+            for (there, here) in (there.pixels.iter().flatten()).zip(here.pixels.iter().flatten()) {
+                assert!((there - here).abs() <= 1e-5 * largest, "{there} is not {here}");
+            }
+        }
+    }
+
+    #[test]
+    fn halves_of_dark_lamps_are_not_read_on_the_gpu() {
+        let Some(pass) = pass() else { return };
+        let mut field = noise_field(5, 5, 3);
+        field.values[75..150].fill(f32::NAN);
+        field.values[7] = f32::INFINITY;
+        let half = HalfField::from(&field);
+        let lit = pass.run_half(&half, &[[1.0; 3], [0.0; 3], [1.0; 3]]).unwrap();
+        let bad = |i: &usize| lit.pixels[*i].iter().any(|v| !v.is_finite());
+        assert_eq!((0..25).filter(bad).collect::<Vec<_>>(), [7]);
+    }
+
+    #[test]
+    fn nothing_to_sum_is_black_and_what_does_not_fit_is_refused() {
+        let Some(pass) = pass() else { return };
+        let field = noise_field(4, 4, 3);
+        assert!(pass.run(&field, &[[0.0; 3]; 3]).unwrap().pixels.iter().all(|&p| p == [0.0; 3]));
+        assert!(pass.run(&field, &[[1.0; 3]; 2]).is_err());
+        let mut dark = field.clone();
+        dark.values[48..96].fill(f32::NAN);
+        let lit = pass.run(&dark, &[[1.0; 3], [0.0; 3], [1.0; 3]]).unwrap();
+        assert!(lit.pixels.iter().flatten().all(|v| v.is_finite()));
+    }
+}
